@@ -65,9 +65,8 @@ provide_system() {
 # its lock, and finds this project's source by a path file; tests/system/test_foreign_clients.py runs it.
 provide_clients() {
     clients=$root/.venv-clients
-    made_from=$(printf '%s\n' "$root" && cksum "$root/requirements-clients.lock")
-    if [ -f "$clients/stamp" ] && [ "$(cat "$clients/stamp")" = "$made_from
-$(readlink -f "$clients/bin/python")" ]; then
+    lock=$root/requirements-clients.lock
+    if current "$clients" stamp "$lock"; then
         return
     fi
     provide_system
@@ -76,9 +75,9 @@ $(readlink -f "$clients/bin/python")" ]; then
     "$python" -m venv "$clients"
     pip="$clients/bin/python -m pip --disable-pip-version-check --quiet"
     name_certificates
-    $pip install --require-hashes --only-binary :all: --no-deps -r "$root/requirements-clients.lock"
+    $pip install --require-hashes --only-binary :all: --no-deps -r "$lock"
     printf '%s\n' "$root/src" >"$("$clients/bin/python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')/maya-un.pth"
-    { printf '%s\n' "$made_from" && readlink -f "$clients/bin/python"; } >"$clients/stamp"
+    origin "$clients" "$lock" >"$clients/stamp"
 }
 
 # provide_scripts FOLDER: its node_modules hold what tests/system run, at the versions and hashes of its lock, by the
@@ -119,15 +118,24 @@ provide_broker() {
     )
 }
 
-# What an environment was made from, its Python included; a change of any of it makes the environment anew.
-fingerprint() {
+# origin ENVIRONMENT FILE...: what an environment is made from: its place, its Python, and files.
+origin() {
     printf '%s\n' "$root"
-    readlink -f "$venv/bin/python"
-    cksum "$root/pyproject.toml" "$root/$1"
+    readlink -f "$1/bin/python"
+    shift
+    cksum "$@"
+}
+
+# current ENVIRONMENT STAMP FILE...: whether an environment exists, and was made from what its origin is now.
+current() {
+    environment=$1
+    stamp=$1/$2
+    shift 2
+    [ -x "$environment/bin/python" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$(origin "$environment" "$@")" ]
 }
 
 stands() {
-    [ -x "$venv/bin/python" ] && [ -f "$venv/stamp-$1" ] && [ "$(cat "$venv/stamp-$1")" = "$(fingerprint "$1")" ]
+    current "$venv" "stamp-$1" "$root/pyproject.toml" "$root/$1"
 }
 
 # Where neither pip's configuration nor the surroundings name certificates, the system's are taken: a site may
@@ -155,7 +163,7 @@ provide_environment() {
     name_certificates
     $pip install --require-hashes --only-binary :all: -r "$root/$1"
     $pip install --no-deps --no-build-isolation -e "$root"
-    fingerprint "$1" >"$venv/stamp-$1"
+    origin "$venv" "$root/pyproject.toml" "$root/$1" >"$venv/stamp-$1"
 }
 
 # What ROS 1 is on Debian and Ubuntu: the tools and what nodes import, the definitions of messages, what builds packages.
@@ -217,8 +225,7 @@ provide_ros() {
     # shellcheck disable=SC2086
     [ -z "$missing" ] || install_packages $missing
     venv_ros=$root/.venv-ros
-    made_from=$(fingerprint requirements.lock && /usr/bin/python3 --version)
-    if [ -x "$venv_ros/bin/python" ] && [ -f "$venv_ros/stamp" ] && [ "$(cat "$venv_ros/stamp")" = "$made_from" ]; then
+    if current "$venv_ros" stamp "$root/pyproject.toml" "$root/requirements.lock"; then
         return
     fi
     [ -s "$certificates" ] || install_packages ca-certificates
@@ -229,5 +236,5 @@ provide_ros() {
     name_certificates
     $pip install --require-hashes --only-binary :all: -r "$root/requirements.lock"
     $pip install --no-deps --no-build-isolation -e "$root"
-    printf '%s\n' "$made_from" >"$venv_ros/stamp"
+    origin "$venv_ros" "$root/pyproject.toml" "$root/requirements.lock" >"$venv_ros/stamp"
 }

@@ -34,7 +34,7 @@ LAYERS = {
     },
 }  # fmt: skip
 RVIZ_CRASH = re.compile(r"\[rviz-\d+\] process has died \[pid \d+, exit code -11\b")
-"""On a busy machine without a graphics card, rviz itself may crash while it ends."""
+"""On a busy machine without a graphics card, rviz itself may crash: once in 64 launches."""
 START = 55.0
 """Longest time for the whole start [s] on a busy machine."""
 

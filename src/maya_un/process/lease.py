@@ -261,7 +261,7 @@ class ControlLease:
         if holder is not None and (not holder.implicit or holder.name in {drive.name for drive in going}):
             return
         if going:
-            drive = next((one for one in going if one.direct), going[0])  # a job needs no driver, a direct command does
+            drive = next((one for one in going if one.direct), going[0])  # a new driver would end it
             self._become(LeaseHolder(drive.name, drive.source, self._now(), implicit=True), "taken")
         elif holder is not None:
             self._watch_until(self._now() + LINGER * self._scale)

@@ -12,19 +12,11 @@ from dmc41x3.cli.commands import AlsoPorts, File, Firmware, Host, Label, MemoryF
 from maya_un.cli.dmc_tools.site import MAYA
 from maya_un.cli.settings import settings_of
 
+_FACTOR = "factor of the twin's clock against real time, up to 1000"
 Speed = Annotated[
-    float | None,
-    typer.Option(
-        metavar="FACTOR",
-        help="factor of the twin's clock against real time, up to 1000; not for a real controller  [default: 1]",
-    ),
+    float | None, typer.Option(metavar="FACTOR", help=f"{_FACTOR}; not for a real controller  [default: 1]")
 ]
-TwinSpeed = Annotated[
-    float | None,
-    typer.Option(
-        "--speed", metavar="FACTOR", help="factor of the twin's clock against real time, up to 1000  [default: 1]"
-    ),
-]
+TwinSpeed = Annotated[float | None, typer.Option("--speed", metavar="FACTOR", help=f"{_FACTOR}  [default: 1]")]
 Seed = Annotated[
     int | None, typer.Option(metavar="N", help="seed of the random position of the twin at power-up  [default: 0]")
 ]

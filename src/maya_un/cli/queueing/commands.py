@@ -8,57 +8,39 @@ import typer
 
 from maya_un.cli.settings import settings_of
 
+
+def _priority(default: str) -> Any:
+    text = f"priority; jobs with greater numbers run first  [default: {default}]"
+    return typer.Option("--priority", metavar="N", min=-100, max=100, help=text)
+
+
+def _on_failure(default: str) -> Any:
+    text = f"if the job fails: continue with the next job, or pause the queue  [default: {default}]"
+    return typer.Option("--on-failure", help=text)
+
+
+def _retries(default: str) -> Any:
+    text = f"how often to repeat a failed step that is safe to repeat  [default: {default}]"
+    return typer.Option("--retries", metavar="N", min=0, max=10, help=text)
+
+
 Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="number of the job (see `maya queue`)")]
 Other = Annotated[
     int | None, typer.Argument(metavar="[OTHER]", min=1, help="number of the other job; only with before and after")
 ]
 JobFile = Annotated[str, typer.Argument(metavar="FILE", help="a YAML or JSON file")]
-Priority = Annotated[
-    int | None,
-    typer.Option(metavar="N", min=-100, max=100, help="priority; jobs with greater numbers run first  [default: 0]"),
-]
+Priority = Annotated[int | None, _priority("0")]
+NewPriority = Annotated[int | None, _priority("unchanged")]
 After = Annotated[
     list[int] | None, typer.Option("--after", metavar="JOB", help="begin only after this job is done; may be repeated")
 ]
 Notes = Annotated[
     str | None, typer.Option(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
 ]
-OnFailure = Annotated[
-    Literal["continue", "pause"] | None,
-    typer.Option(help="if the job fails: continue with the next job, or pause the queue  [default: continue]"),
-]
-Retries = Annotated[
-    int | None,
-    typer.Option(
-        metavar="N", min=0, max=10, help="how often to repeat a failed step that is safe to repeat  [default: 0]"
-    ),
-]
-NewPriority = Annotated[
-    int | None,
-    typer.Option(
-        "--priority",
-        metavar="N",
-        min=-100,
-        max=100,
-        help="priority; jobs with greater numbers run first  [default: unchanged]",
-    ),
-]
-NewOnFailure = Annotated[
-    Literal["continue", "pause"] | None,
-    typer.Option(
-        "--on-failure", help="if the job fails: continue with the next job, or pause the queue  [default: unchanged]"
-    ),
-]
-NewRetries = Annotated[
-    int | None,
-    typer.Option(
-        "--retries",
-        metavar="N",
-        min=0,
-        max=10,
-        help="how often to repeat a failed step that is safe to repeat  [default: unchanged]",
-    ),
-]
+OnFailure = Annotated[Literal["continue", "pause"] | None, _on_failure("continue")]
+NewOnFailure = Annotated[Literal["continue", "pause"] | None, _on_failure("unchanged")]
+Retries = Annotated[int | None, _retries("0")]
+NewRetries = Annotated[int | None, _retries("unchanged")]
 Stepwise = Annotated[bool | None, typer.Option(help="pause after every step")]
 Holding = Annotated[
     Literal["yes", "no"] | None,
