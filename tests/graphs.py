@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from maya_ros.graph.bus import Bus, BusNode
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.clients.robot import GraphRobot
-from maya_ros.graph.distributed import robot_layer, tasks_handed_on
+from maya_ros.graph.distributed import robot_layer
 from maya_ros.graph.servers.controller import ControllerServer
+from maya_ros.graph.servers.forwarding import tasks_handed_on
 from maya_ros.graph.servers.sensors import SensorServer
 from maya_un.config import Config
 from maya_un.events import Event

@@ -11,9 +11,10 @@ from random import Random
 import pytest
 
 from maya_ros.graph.conversions import primitive_to_message
-from maya_ros.graph.distributed import robot_layer, tasks_handed_on
+from maya_ros.graph.distributed import robot_layer
 from maya_ros.graph.outcome import error_of
 from maya_ros.graph.protocol import GoalStatus
+from maya_ros.graph.servers.forwarding import tasks_handed_on
 from maya_ros.graph.table import FOLLOW, TASK
 from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
 from maya_un.events import Disconnected, Event, GripperClosed, MotionEnded, PhaseBegun

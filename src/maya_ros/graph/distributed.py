@@ -1,8 +1,9 @@
 """The layers above the controller as nodes: each a client of the layer below and a server for the layer above.
 
 robot_layer        node robot_controller    /maya_command, /maya_move, and the task action that decides who may move
-tasks_handed_on    node primitive_server    /task, forwarded to that action
 robot_layer_seen   check for missing nodes of the robot layer
+
+`servers.forwarding` serves /task in node primitive_server.
 """
 
 from __future__ import annotations
@@ -12,12 +13,12 @@ from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 
 from maya_ros.graph.clients.controller import GraphController
-from maya_ros.graph.outcome import cancel_on_stop, error_of
-from maya_ros.graph.protocol import Feedback, GoalRefused, GoalStatus, Graph, Message
+from maya_ros.graph.outcome import cancel_on_stop
+from maya_ros.graph.protocol import Graph
+from maya_ros.graph.servers.forwarding import DECIDES, INNER
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import TASK
-from maya_un.cancellation import run_to_rest
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
 from maya_un.errors import MayaError, NodeGone
@@ -25,11 +26,6 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import MayaRobot, OnPhase, Robot
 from maya_un.values import Progress, State
 from maya_un.workers import Workers
-
-INNER = "/robot_controller/task"
-"""The action by which primitive_server executes primitives, so that one node decides who may move the robot."""
-
-_DECIDES = "robot_controller"
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,36 +70,10 @@ async def robot_layer(
             yield controller
 
 
-@asynccontextmanager
-async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
-    """Serve /task while the block runs; the robot layer carries out each goal."""
-
-    async def act(goal: Message, feedback: Feedback) -> Message:
-        gone = NodeGone(node=_DECIDES)
-        try:
-            ended = await run_to_rest(graph.do(INNER, TASK.type, goal, feedback))
-        except NodeGone:  # it names the action, not the node
-            raise gone from None
-        if not ended.result:
-            raise gone
-        if ended.outcome is GoalStatus.REJECTED:
-            raise GoalRefused(ended.result)
-        error = error_of(ended.result, INNER)
-        if error is not None:
-            raise error
-        return ended.result
-
-    served = graph.act(TASK.name, TASK.type, act)
-    try:
-        yield
-    finally:
-        served.close()
-
-
 @contextmanager
 def robot_layer_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
     """Yield a function that returns an error for each missing node of the robot layer."""
-    actions = {_DECIDES: INNER, TASK.sources[0]: TASK.name}
+    actions = {DECIDES: INNER, TASK.sources[0]: TASK.name}
     heard = {
         node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)
         for node, action in actions.items()

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import asyncio
 
-from maya_ros.graph.distributed import tasks_handed_on
 from maya_ros.graph.permissions import PermittedGraph
+from maya_ros.graph.servers.forwarding import tasks_handed_on
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import rights_of_node
 

@@ -8,9 +8,10 @@ import pytest
 
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.conversions import primitive_to_message
-from maya_ros.graph.distributed import INNER, robot_layer, robot_layer_seen, tasks_handed_on
+from maya_ros.graph.distributed import robot_layer, robot_layer_seen
 from maya_ros.graph.outcome import error_of, failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
+from maya_ros.graph.servers.forwarding import INNER, tasks_handed_on
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
 from maya_un.robot.primitives.home import Home
