@@ -1,4 +1,4 @@
-"""A ROS of a test's own: a roscore on a free port, and whatever is launched on it, all on the loopback."""
+"""A ROS of a test's own: a master on a free port, and whatever is launched on it, all on the loopback."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import struct
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 from urllib.parse import urlsplit
+from uuid import uuid1
 from xmlrpc.client import ServerProxy
 
 from tests.calm import CALM_FILE
@@ -29,8 +30,16 @@ SPEED = 20
 """Speed of the twin's clock in tests that set no other."""
 
 
+ROSOUT = "/usr/lib/rosout/rosout"
+"""The node that collects logs, as Debian installs it."""
+
+
 class Ros:
-    """A roscore, and everything that is started on it, until it is closed."""
+    """A master with rosout, and everything that is started on it, until it is closed.
+
+    These are the two programs that roscore starts, and the parameter that it sets. To load roscore itself would take
+    longer than both programs.
+    """
 
     def __init__(self, folder: Path, workspace: Workspace, *, space: str = "devel") -> None:
         self.folder = folder
@@ -39,12 +48,15 @@ class Ros:
         self.uri = f"http://127.0.0.1:{self.port}"
         self.environment = {**workspace.environment(space), **places(folder), "ROS_MASTER_URI": self.uri}
         self._programs: list[Program] = []
-        self._core = self.start("roscore", "-p", str(self.port))
+        self._master = self.start("rosmaster", "--core", "-p", str(self.port))
 
     def __enter__(self) -> Ros:
         try:
-            self._core.until("started core service [/rosout]")
+            self.until(self._has_master, "a master")
+            self.start(ROSOUT, "__name:=rosout")
+            self.set_param("/run_id", str(uuid1()))
             self.set_param("/rosbridge/port", self.rosbridge_port)
+            self.until_nodes("/rosout")
         except BaseException:
             self.close()
             raise
@@ -85,6 +97,12 @@ class Ros:
         command = [str(Path(sys.executable).with_name("maya")), *words]
         return subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=40.0, check=False)
 
+    def _has_master(self) -> bool:
+        with suppress(OSError):
+            self.ask_master("getPid")
+            return True
+        return False
+
     def driver(self) -> Driver:
         """Return a node that obeys the test."""
         return Driver(self.start(str(python()), str(HERE / "driver.py")))
@@ -119,7 +137,7 @@ class Ros:
     def lose_master(self) -> None:
         """End the master as a crash would."""
         os.kill(self.ask_master("getPid"), signal.SIGKILL)
-        self._core.wait()
+        self._master.wait()
 
     @contextmanager
     def frozen_master(self) -> Iterator[None]:

@@ -303,7 +303,7 @@ def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnecte
         alone.wait("mode", "Ready")
         assert "robot.launch" in alone.wait("now", enabled=False)["tip"]
         assert "process.launch" in alone.read("start")["tip"]
-        own._core.close()
+        own.lose_master()
         alone.wait("banner_text", "The ROS master is gone")
         alone.wait("home", enabled=True)
         alone.click("home")
