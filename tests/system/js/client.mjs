@@ -49,10 +49,12 @@ async function ask(ros) {
 }
 
 async function topics(ros) {
-  const there = new Topic({ ros, name: "/chatter", messageType: "std_msgs/String" });
-  there.advertise();
   for (const compression of ["none", "png", "cbor", "cbor-raw"]) {
-    const here = new Topic({ ros, name: "/chatter", messageType: "std_msgs/String", compression });
+    // A topic each: a message to the one before may still be on its way.
+    const topic = { ros, name: `/chatter/${compression.replace("-", "_")}`, messageType: "std_msgs/String" };
+    const there = new Topic(topic);
+    there.advertise();
+    const here = new Topic({ ...topic, compression });
     const first = await told(here, () => there.publish({ data: `äöü ${compression}` }));
     tell(compression, first.bytes ? Buffer.from(first.bytes).toString("utf8", 4) : first.data);
   }
