@@ -14,8 +14,7 @@ from maya_un.assembly import PEOPLE_BOUNDS
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.errors import AGAIN
-from maya_un.http.exchange import LONG
-from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, FAR, NEAR
+from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, FAR, LONG, NEAR
 from maya_un.http.openapi import ruled
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED

@@ -21,8 +21,8 @@ from websockets.exceptions import ConnectionClosed
 from dmc41x3.loops import run
 from maya_un.assembly import Stack
 from maya_un.errors import MayaError
-from maya_un.http import exchange
-from maya_un.http.exchange import Rights
+from maya_un.http import connections
+from maya_un.http.connections import Rights
 from maya_un.service.access import callers
 from maya_un.service.access.operations import LOCAL, Role
 from maya_un.service.people import UserService
@@ -272,7 +272,7 @@ REVOKED: dict[str, Callable[[UserService, str], Awaitable[object]]] = {
 def test_rosbridge_connection_closes_at_once_when_its_rights_end(
     robot: SharedRobot, monkeypatch: pytest.MonkeyPatch, how: str, way: str
 ) -> None:
-    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(connections, "LOOK_AGAIN", 1000.0)
     token = newcomer(robot, "guest", "operator")
 
     async def main() -> None:
@@ -450,20 +450,20 @@ def test_http_request_that_waits_ends_at_once_when_its_rights_end(
     robot: SharedRobot, monkeypatch: pytest.MonkeyPatch, how: str, method: str, path: str, body: object
 ) -> None:
     """The lease alone does not end it: another token of the same user took that."""
-    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(connections, "LOOK_AGAIN", 1000.0)
     robot.tokens["driver"] = newcomer(robot, "guest", "operator")
     made = robot.do(lambda stack: stack.service.users.token("guest", by=LOCAL))
     robot.tokens["waiter"] = made.token
-    connections: Rights = robot.app.state.rights
+    watched: Rights = robot.app.state.rights
     try:
         lease = request(robot, "driver", "POST", "/v1/lease", {})[1]["id"]
         answers: list[tuple[int, Any]] = []
         waiting = threading.Thread(
             target=lambda: answers.append(request(robot, "waiter", method, path, body, **{"Maya-Lease": lease}))
         )
-        before = len(connections)
+        before = len(watched)
         waiting.start()
-        while len(connections) == before:
+        while len(watched) == before:
             assert waiting.is_alive(), answers
         robot.do(lambda stack: REVOKED[how](stack.service.users, made.token))
         waiting.join(PATIENCE)

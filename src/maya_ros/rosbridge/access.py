@@ -24,7 +24,7 @@ from maya_ros.graph.protocol import (
 )
 from maya_ros.graph.table import MAYA_COMMAND, Kind, asked_by_call, asked_by_topic
 from maya_un.errors import MayaError, NotSignedIn
-from maya_un.http.exchange import RightsSource
+from maya_un.http.connections import RightsSource
 from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.service.access.operations import BYSTANDER, ROS, STOPPING, Caller, Operation, allowed, require
 

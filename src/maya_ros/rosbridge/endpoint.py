@@ -21,8 +21,8 @@ from maya_ros.rosbridge.rosapi import Rosapi
 from maya_ros.rosbridge.session import RosbridgeSession
 from maya_ros.rosbridge.wire import GOING, RosbridgeWire
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
+from maya_un.http.connections import LEASE, Rights
 from maya_un.http.errors import language_of
-from maya_un.http.exchange import LEASE, Rights
 from maya_un.http.middleware import OriginPolicy
 from maya_un.service.access import callers
 from maya_un.service.access.operations import ROS, Caller

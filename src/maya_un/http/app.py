@@ -12,7 +12,8 @@ from maya_un import __version__
 from maya_un.errors import MayaError
 from maya_un.http import errors
 from maya_un.http.bridge import Bridge
-from maya_un.http.exchange import Rights
+from maya_un.http.connections import Rights
+from maya_un.http.exchange import on_validation_error
 from maya_un.http.metrics import Metrics
 from maya_un.http.middleware import OriginPolicy, RequestGuard
 from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks
@@ -43,7 +44,7 @@ def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metric
     app.state.metrics = metrics or Metrics()
     app.add_middleware(RequestGuard, edge=edge or OriginPolicy(), metrics=app.state.metrics)
     app.add_exception_handler(MayaError, errors.on_maya_error)
-    app.add_exception_handler(RequestValidationError, errors.on_validation_error)
+    app.add_exception_handler(RequestValidationError, on_validation_error)
     app.add_exception_handler(HTTPException, errors.on_http_error)
     add_stream(app, bridge)
     return app

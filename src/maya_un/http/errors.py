@@ -7,10 +7,10 @@ import re
 from collections.abc import Mapping
 from http import HTTPStatus
 
-from fastapi import Request, Response
-from fastapi.exceptions import RequestValidationError
 from pydantic_core import PydanticSerializationError, to_json
 from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
 from starlette.routing import Match, Route
 
 from dmc41x3.i18n import LANGUAGES
@@ -130,14 +130,6 @@ async def on_maya_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, MayaError)
     request.state.code = error.code
     return problem(error, language_of(request.headers))
-
-
-async def on_validation_error(request: Request, error: Exception) -> Response:
-    """Answer an invalid value in the path or query."""
-    assert isinstance(error, RequestValidationError)
-    first = error.errors()[0]
-    key = ".".join(str(part) for part in first["loc"])
-    return problem(InvalidRequest(key=key, reason=first["msg"]), language_of(request.headers))
 
 
 async def on_http_error(request: Request, error: Exception) -> Response:

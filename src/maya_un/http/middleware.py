@@ -25,12 +25,15 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from maya_un import __version__
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, TooManyRequests
+from maya_un.http.connections import is_local, source_of
 from maya_un.http.errors import language_of, problem
-from maya_un.http.exchange import LONG, is_local, source_of
 from maya_un.http.log import note, written_down
 from maya_un.http.metrics import Metrics
 from maya_un.http.protocol import STOPS_ONLY
 from maya_un.service.access.callers import counted
+
+LONG = 16_384
+"""Longest body that is parsed in the loop [bytes]; only bodies that may contain a job can be longer."""
 
 _MOST_SOURCES = 10_000
 

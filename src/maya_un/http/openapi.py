@@ -28,8 +28,9 @@ from maya_un.errors import (
     TooManyRequests,
     by_code,
 )
+from maya_un.http.connections import LEASE
 from maya_un.http.errors import status_of, title_of
-from maya_un.http.exchange import LEASE, RawBody
+from maya_un.http.exchange import RawBody
 from maya_un.http.middleware import UNLIMITED
 from maya_un.http.routing import RouteRule
 from maya_un.process.journal.protocol import JobOptions

@@ -10,7 +10,7 @@ from fastapi import Depends, Request
 
 from maya_un.errors import Cancelled, InvalidRequest, MayaError
 from maya_un.http.bridge import Bridge
-from maya_un.http.exchange import Rights, caller_of
+from maya_un.http.connections import Rights, caller_of
 from maya_un.http.routing import RouteRule, rule_of
 from maya_un.service.access.operations import Caller, Operation, allowed, require
 from maya_un.service.service import Service

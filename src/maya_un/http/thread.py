@@ -18,7 +18,7 @@ from functools import partial
 from pathlib import Path
 
 import uvicorn
-from fastapi import FastAPI
+from starlette.types import ASGIApp
 
 from dmc41x3.listening import DescriptorShare, DescriptorShares, Listener, Refusals
 from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
@@ -115,7 +115,7 @@ _STARTED = 10.0
 class _HttpServer(uvicorn.Server):
     """Server that reports when it listens, uses Maya's listener, and leaves signals to the main thread."""
 
-    def __init__(self, app: FastAPI, listener: ListeningSocket, share: DescriptorShare) -> None:
+    def __init__(self, app: ASGIApp, listener: ListeningSocket, share: DescriptorShare) -> None:
         self._places = ConnectionSlots(listener.most, listener.most_each, share)
         super().__init__(_configured(app, listener, self._places))
         self.listener = listener
@@ -135,7 +135,7 @@ class _HttpServer(uvicorn.Server):
         self.listening.set()
 
 
-def _configured(app: FastAPI, listener: ListeningSocket, places: ConnectionSlots) -> uvicorn.Config:
+def _configured(app: ASGIApp, listener: ListeningSocket, places: ConnectionSlots) -> uvicorn.Config:
     tls = listener.tls
     return uvicorn.Config(
         app,
@@ -182,7 +182,7 @@ class _Thread(threading.Thread):
 
 @asynccontextmanager
 async def served(
-    app: FastAPI, near: socket.socket | ListeningSocket, *far: ListeningSocket, beside: Beside = nullcontext
+    app: ASGIApp, near: socket.socket | ListeningSocket, *far: ListeningSocket, beside: Beside = nullcontext
 ) -> AsyncIterator[str]:
     """Serve `app` at `near` (loopback) and at listeners for other computers while the block runs; yields near's URL.
 

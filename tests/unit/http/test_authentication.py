@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from starlette.requests import HTTPConnection
 
-from maya_un.http.exchange import is_local, source_of
+from maya_un.http.connections import is_local, source_of
 
 
 def connection(address: str | None, **headers: str) -> HTTPConnection:

@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
-from maya_un.http import exchange
+from maya_un.http import connections
 from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
 from maya_un.http.thread import bound_socket
@@ -338,7 +338,7 @@ def test_silent_client_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(connections, "LOOK_AGAIN", 1000.0)
 
     async def main() -> None:
         watched = Watched()
@@ -380,7 +380,7 @@ def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest
 
 
 def test_stream_without_a_token_ends_when_the_first_user_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exchange, "LOOK_AGAIN", 1000.0)
+    monkeypatch.setattr(connections, "LOOK_AGAIN", 1000.0)
 
     async def story(watched: Watched, client: Client) -> None:
         await client.ask("subscribe", state={"rate": 10})

@@ -71,7 +71,7 @@ def _clients_of(bridge: Bridge) -> Callable[[Caller], AsyncClient]:
     from httpx import ASGITransport, AsyncClient  # noqa: PLC0415
 
     from maya_un.http.app import create_app  # noqa: PLC0415
-    from maya_un.http.exchange import CALLER  # noqa: PLC0415
+    from maya_un.http.connections import CALLER  # noqa: PLC0415
 
     app: ASGIApp = create_app(bridge)
 

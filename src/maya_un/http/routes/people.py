@@ -18,7 +18,8 @@ from maya_un.errors import (
     UnknownName,
 )
 from maya_un.http.bridge import Bridge
-from maya_un.http.exchange import answer, sent, source_of
+from maya_un.http.connections import source_of
+from maya_un.http.exchange import answer, sent
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
 from maya_un.schema.bodies import Offering, Removed, SigningIn, Taking, TokenRequest, UserChange, UserRequest

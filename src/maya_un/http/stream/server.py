@@ -11,8 +11,8 @@ from starlette.websockets import WebSocket
 
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.http.bridge import Bridge
+from maya_un.http.connections import Rights, is_local, source_of
 from maya_un.http.errors import language_of
-from maya_un.http.exchange import Rights, is_local, source_of
 from maya_un.http.log import written_down
 from maya_un.http.protocol import ConnectionSlots
 from maya_un.http.stream.hub import MOST_EVENTS, Batch, EventRing, StreamHub, StreamSource

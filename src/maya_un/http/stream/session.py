@@ -17,7 +17,7 @@ from starlette.websockets import WebSocket
 from maya_un import __version__
 from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSignedIn, StreamLagging
 from maya_un.http.bridge import Bridge, LoopShare
-from maya_un.http.exchange import is_local, source_of
+from maya_un.http.connections import is_local, source_of
 from maya_un.http.log import written_down
 from maya_un.http.stream.hub import CHUNK, StreamHub, StreamReader
 from maya_un.http.stream.messages import (
