@@ -45,16 +45,16 @@ NAMED: dict[int, type[MayaError] | None] = {
 }
 
 
-@pytest.mark.parametrize(("code", "error"), NAMED.items())
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_every_stop_code_has_its_error(code: int, error: type[MayaError] | None, axis: int) -> None:
-    codes = [101, 101, 101]
-    codes[axis] = code
-    found = state_builder.cause(ended(*codes), ORDER, (0, 1, 2))
-    assert (None if found is None else type(found)) == error
-    if error is not None:
-        assert found is not None
-        assert found.details.get("axis", "abc"[axis]) == "abc"[axis]
+def test_every_stop_code_has_its_error(axis: int) -> None:
+    for code, error in NAMED.items():
+        codes = [101, 101, 101]
+        codes[axis] = code
+        found = state_builder.cause(ended(*codes), ORDER, (0, 1, 2))
+        assert (None if found is None else type(found)) == error, code
+        if error is not None:
+            assert found is not None
+            assert found.details.get("axis", "abc"[axis]) == "abc"[axis]
 
 
 def test_unexpected_code_is_reported_with_its_meaning() -> None:

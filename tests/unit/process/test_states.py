@@ -12,13 +12,13 @@ def test_every_state_is_in_the_table_and_can_be_reached() -> None:
     assert frozenset().union(*TRANSITIONS.values()) == set(TaskState)
 
 
-@pytest.mark.parametrize(("old", "new"), list(product(TaskState, TaskState)))
-def test_the_table_is_obeyed(old: TaskState, new: TaskState) -> None:
-    if new in TRANSITIONS[old]:
-        assert advance(old, new) is new
-    else:
-        with pytest.raises(ValueError, match="cannot follow"):
-            advance(old, new)
+def test_the_table_is_obeyed() -> None:
+    for old, new in product(TaskState, TaskState):
+        if new in TRANSITIONS[old]:
+            assert advance(old, new) is new
+        else:
+            with pytest.raises(ValueError, match="cannot follow"):
+                advance(old, new)
 
 
 def test_ended_state_is_final() -> None:

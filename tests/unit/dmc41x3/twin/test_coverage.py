@@ -228,17 +228,15 @@ def test_every_command_has_a_handler_and_every_handler_a_command() -> None:
     assert set(TABLE) <= named
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
+def test_every_command_is_obeyed_in_some_form() -> None:
+    names = [
         name
         for kind in (CoverageClass.IMPLEMENTED, CoverageClass.ACCEPTED)
         for name in of(kind, *_COMMANDS)
         if name not in PROGRAMS | CONVERSATIONS and name not in IN_A_ROUTINE | {"SL"}
-    ],
-)
-def test_a_command_is_obeyed_in_some_form(name: str) -> None:
-    assert taken(name)
+    ]
+    assert names
+    assert [name for name in names if not taken(name)] == []
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
@@ -298,25 +296,28 @@ def test_commands_are_separated_and_remarks_ignored() -> None:
     assert Bench().say("SP 2;MG _SPA;'SP 4") == ": 2.0000\r\n::"
 
 
-@pytest.mark.parametrize("name", [name for name, fact in FACTS.items() if fact["takes_query"] != "no"])
-def test_a_question_mark_is_answered(name: str) -> None:
-    if name == "= (assign)":
-        bench = Bench()
-        bench.do("v=4")
-        assert bench.say("v=?") == " 4.0000\r\n:"
-        return
-    asked = [QUERIES[name]] if name in QUERIES else [f"{word(name)} ?", f"{word(name)}A=?"]
-    assert any(Bench().say(question).endswith("\r\n:") for question in asked)
+def test_an_assignment_is_asked_by_a_question_mark() -> None:
+    bench = Bench()
+    bench.do("v=4")
+    assert bench.say("v=?") == " 4.0000\r\n:"
 
 
-@pytest.mark.parametrize("name", [name for name, fact in FACTS.items() if fact["has_operand"]])
-def test_an_operand_has_a_value(name: str) -> None:
-    if name in IN_PROGRAMS_ONLY:
-        assert ProgramBench().run(0.5, f"#A\nMG _{name}\nEN") == ["0.0000"]
-        return
-    tried = [OPERANDS[name]] if name in OPERANDS else [f"_{name}{which}" for which in ("", "0", "A", "S")]
-    tried = [name] if name in EXPRESSIONS and name not in OPERANDS else tried
-    assert any(Bench().say(f"MG {operand}").endswith("\r\n:") for operand in tried)
+def test_question_marks_are_answered() -> None:
+    for name in [name for name, fact in FACTS.items() if fact["takes_query"] != "no" and name != "= (assign)"]:
+        asked = [QUERIES[name]] if name in QUERIES else [f"{word(name)} ?", f"{word(name)}A=?"]
+        assert any(Bench().say(question).endswith("\r\n:") for question in asked), name
+
+
+def test_operands_in_programs_have_a_value() -> None:
+    for name in IN_PROGRAMS_ONLY:
+        assert ProgramBench().run(0.5, f"#A\nMG _{name}\nEN") == ["0.0000"], name
+
+
+def test_operands_have_a_value() -> None:
+    for name in [name for name, fact in FACTS.items() if fact["has_operand"] and name not in IN_PROGRAMS_ONLY]:
+        tried = [OPERANDS[name]] if name in OPERANDS else [f"_{name}{which}" for which in ("", "0", "A", "S")]
+        tried = [name] if name in EXPRESSIONS and name not in OPERANDS else tried
+        assert any(Bench().say(f"MG {operand}").endswith("\r\n:") for operand in tried), name
 
 
 @pytest.mark.parametrize("name", of(CoverageClass.REFUSED, *_COMMANDS, EntryKind.KEYWORD))
