@@ -1,8 +1,7 @@
 """Readers of the stream who want all of the past, again and again: a process of its own.
 
-`python -m tests.stream_readers PORT COUNT` prints "here" when each reader has its first past event, and runs until it
-is
-killed. A reader that is cut off as too slow connects again.
+`python -m tests.stream_readers PORT COUNT` prints "here" when all readers have asked and the first past event has come,
+and runs until it is killed. A reader that is cut off as too slow connects again.
 """
 
 from __future__ import annotations
@@ -23,20 +22,21 @@ UPGRADE = (
 )
 
 
-async def greedy(port: int, fed: asyncio.Event) -> None:
+async def greedy(port: int, asked: asyncio.Event, fed: asyncio.Event) -> None:
     """Come again and again."""
     while True:
         with suppress(ConnectionError, asyncio.IncompleteReadError):
-            await visit(port, fed)
+            await visit(port, asked, fed)
 
 
-async def visit(port: int, fed: asyncio.Event) -> None:
+async def visit(port: int, asked: asyncio.Event, fed: asyncio.Event) -> None:
     """Ask for everything, and again with every piece of it that comes, until cut off."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     try:
         writer.write(UPGRADE)
         await reader.readuntil(b"\r\n\r\n")
         writer.write(FRAME)
+        asked.set()
         while piece := await reader.read(1 << 20):
             if b'"event"' in piece:
                 fed.set()
@@ -49,10 +49,10 @@ async def visit(port: int, fed: asyncio.Event) -> None:
 async def main(port: int, count: int) -> None:
     """Be so many; if one of them fails, all of them end."""
     async with asyncio.TaskGroup() as readers:
-        fed = [asyncio.Event() for _ in range(count)]
-        for one in fed:
-            readers.create_task(greedy(port, one))
-        for one in fed:
+        asked, fed = [asyncio.Event() for _ in range(count)], asyncio.Event()
+        for one in asked:
+            readers.create_task(greedy(port, one, fed))
+        for one in (*asked, fed):
             await one.wait()
         print("here", flush=True)
 
