@@ -241,7 +241,7 @@ def _build() -> None:
     from maya_un.cli import app
     from maya_un.http.app import all_routes
 
-    parsing.parser(app.app)
+    parsing.parser(app.app, "")
     all_routes()
     catalogue.kinds()
 

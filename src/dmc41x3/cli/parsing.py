@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cache
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command_name, get_group
+from typer.models import CommandInfo, TyperInfo
 
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import InvalidCommandLine
 
-parser = cache(typer.main.get_command)
-"""Returns the parser of an application's command lines. To build it takes longer than most commands."""
+
+def parser(app: typer.Typer, name: str) -> TyperGroup:
+    """Return the parser of an application for its command or group `name`; for all of them if it has none.
+
+    To build it for all of them takes longer than most commands.
+    """
+    known = any(name == _name(info) for info in (*app.registered_commands, *app.registered_groups))
+    return _built(app, name if known else None)
+
+
+@cache
+def _built(app: typer.Typer, name: str | None) -> TyperGroup:
+    if name is not None:
+        whole, app = app, copy(app)
+        app.registered_commands = [info for info in whole.registered_commands if _name(info) == name]
+        app.registered_groups = [info for info in whole.registered_groups if _name(info) == name]
+    return get_group(app)
+
+
+def _name(info: CommandInfo | TyperInfo) -> str:
+    return info.name or get_command_name(getattr(info.callback, "__name__", ""))
 
 
 def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, program: str) -> int:
@@ -19,7 +42,7 @@ def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, progra
 
     Raises `InvalidCommandLine` if the command line is not valid, and the errors of the command.
     """
-    command = parser(app)
+    command = parser(app, arguments[0] if arguments else "")
     try:
         code = command.main(arguments, prog_name=program, standalone_mode=False, obj=settings)
     except typer.TyperException as error:
