@@ -37,24 +37,26 @@ ROSOUT = "/usr/lib/rosout/rosout"
 class Ros:
     """A master with rosout, and everything that is started on it, until it is closed.
 
-    These are the two programs that roscore starts, and the parameter that it sets. To load roscore itself would take
-    longer than both programs.
+    These are the two programs that roscore starts, and the parameter that it sets. To load roscore itself takes longer
+    than both programs, so it is started only where a test asks for it.
     """
 
-    def __init__(self, folder: Path, workspace: Workspace, *, space: str = "devel") -> None:
+    def __init__(self, folder: Path, workspace: Workspace, *, space: str = "devel", roscore: bool = False) -> None:
         self.folder = folder
         self.port = free_port()
         self.rosbridge_port = free_port()
         self.uri = f"http://127.0.0.1:{self.port}"
         self.environment = {**workspace.environment(space), **places(folder), "ROS_MASTER_URI": self.uri}
         self._programs: list[Program] = []
-        self._master = self.start("rosmaster", "--core", "-p", str(self.port))
+        self._has_roscore = roscore
+        self._master = self.start(*(["roscore"] if roscore else ["rosmaster", "--core"]), "-p", str(self.port))
 
     def __enter__(self) -> Ros:
         try:
             self.until(self._has_master, "a master")
-            self.start(ROSOUT, "__name:=rosout")
-            self.set_param("/run_id", str(uuid1()))
+            if not self._has_roscore:
+                self.start(ROSOUT, "__name:=rosout")
+                self.set_param("/run_id", str(uuid1()))
             self.set_param("/rosbridge/port", self.rosbridge_port)
             self.until_nodes("/rosout")
         except BaseException:

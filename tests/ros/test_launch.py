@@ -8,6 +8,7 @@ import re
 import signal
 import socket
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -222,13 +223,16 @@ def test_robot_layer_runs_without_the_process_layer(ros: Ros) -> None:
 
 
 @pytest.mark.timeout(240)
-def test_launch_without_arguments_starts_the_whole_graph_with_any_python_first(ros: Ros, other_python: str) -> None:
-    program = ros.start("roslaunch", "maya_process", "process.launch", environment={"PATH": other_python})
-    ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | LAYERS[PROCESS]), within=START)
-    program.until("maya_dashboard is left out", START)
-    assert ros.param("/maya/speed") == 1.0
-    check_state(ros, PROCESS, {})
-    assert program.end() == 0
+def test_launch_without_arguments_starts_the_whole_graph_with_any_python_first(
+    tmp_path: Path, workspace: Workspace, other_python: str
+) -> None:
+    with Ros(tmp_path, workspace, roscore=True) as ros:
+        program = ros.start("roslaunch", "maya_process", "process.launch", environment={"PATH": other_python})
+        ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | LAYERS[PROCESS]), within=START)
+        program.until("maya_dashboard is left out", START)
+        assert ros.param("/maya/speed") == 1.0
+        check_state(ros, PROCESS, {})
+        assert program.end() == 0
 
 
 @pytest.mark.timeout(240)

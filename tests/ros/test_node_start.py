@@ -1,11 +1,13 @@
-"""Every node describes itself in its help, and needs no master for that."""
+"""How nodes start: each describes itself in its help without a master, and light ones load only what they need."""
 
 from __future__ import annotations
+
+import json
 
 import pytest
 
 from tests.ports import free_port
-from tests.ros.workspace import ROOT, Workspace, run
+from tests.ros.workspace import ROOT, Workspace, python, run
 
 pytestmark = pytest.mark.system
 
@@ -29,3 +31,27 @@ def test_help_describes_the_node(workspace: Workspace, package: str, node: str, 
     said = run(["rosrun", package, f"{node}.py", word], ROOT, {**workspace.environment(), **nobody})
     assert said.startswith(f"Node {node}: ")
     assert told in said
+
+
+LOADED = """
+import importlib, json, sys
+importlib.import_module(f"maya_ros.ros1.nodes.{sys.argv[1]}")
+print(json.dumps(sorted(sys.modules)))
+"""
+MOVING = {
+    "dmc41x3.driver",
+    "dmc41x3.twin",
+    "maya_un.assembly",
+    "maya_un.controller",
+    "maya_un.kinematics",
+    "maya_un.motion",
+}
+"""What moves the robot, or computes its motion."""
+
+
+@pytest.mark.parametrize(
+    ("node", "heavy"), [("primitive_server", MOVING), ("rosbridge", {"fastapi", "maya_un.http.app"})]
+)
+def test_a_light_node_loads_only_what_it_needs(workspace: Workspace, node: str, heavy: set[str]) -> None:
+    said = run([str(python()), "-c", LOADED, node], ROOT, workspace.environment())
+    assert heavy & set(json.loads(said.splitlines()[-1])) == set()
