@@ -11,7 +11,7 @@ from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.clients.robot import GraphRobot
 from maya_ros.graph.distributed import robot_layer
 from maya_ros.graph.servers.controller import ControllerServer
-from maya_ros.graph.servers.forwarding import tasks_handed_on
+from maya_ros.graph.servers.forwarding import tasks_forwarded
 from maya_ros.graph.servers.sensors import SensorServer
 from maya_un.config import Config
 from maya_un.events import Event
@@ -128,7 +128,7 @@ async def layer_nodes(
         low = await stack.enter_async_context(controller_node(bus, config=config, parts=parts, homed=homed))
         nodes = {name: bus.node(name) for name in names}
         deciding = await stack.enter_async_context(robot_layer(nodes["robot_controller"], config))
-        await stack.enter_async_context(tasks_handed_on(nodes["primitive_server"]))
+        await stack.enter_async_context(tasks_forwarded(nodes["primitive_server"]))
         top = nodes["process_controller"]
         controller = await stack.enter_async_context(GraphController.on(top, config))
         await deciding.connected()

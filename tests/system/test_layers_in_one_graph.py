@@ -14,7 +14,7 @@ from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.distributed import robot_layer
 from maya_ros.graph.outcome import error_of
 from maya_ros.graph.protocol import GoalStatus
-from maya_ros.graph.servers.forwarding import tasks_handed_on
+from maya_ros.graph.servers.forwarding import tasks_forwarded
 from maya_ros.graph.table import FOLLOW, TASK
 from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
 from maya_un.events import Disconnected, Event, GripperClosed, MotionEnded, PhaseBegun
@@ -247,7 +247,7 @@ async def test_death_of_a_middle_node_stops_the_robot_and_the_queue(name: str, c
             await stands_still(layers)
             assert layers.controller_node.rig.controller.state.mode is Mode.IDLE
             node = layers.bus.node(name)
-            again = robot_layer(node, CALM) if name == "robot_controller" else tasks_handed_on(node)
+            again = robot_layer(node, CALM) if name == "robot_controller" else tasks_forwarded(node)
             async with again:
                 await stands_still(layers)
                 assert not (await layers.process.shown.report(second)).state.ended

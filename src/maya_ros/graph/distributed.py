@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.outcome import cancel_on_stop
 from maya_ros.graph.protocol import Graph
-from maya_ros.graph.servers.forwarding import DECIDES, INNER
+from maya_ros.graph.servers.forwarding import DECIDING_NODE, INNER
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import TASK
@@ -73,7 +73,7 @@ async def robot_layer(
 @contextmanager
 def robot_layer_seen(graph: Graph) -> Generator[Callable[[], list[MayaError]]]:
     """Yield a function that returns an error for each missing node of the robot layer."""
-    actions = {DECIDES: INNER, TASK.sources[0]: TASK.name}
+    actions = {DECIDING_NODE: INNER, TASK.sources[0]: TASK.name}
     heard = {
         node: graph.subscribe(f"{action}/status", "actionlib_msgs/GoalStatusArray", lambda _: None, queue_size=1)
         for node, action in actions.items()

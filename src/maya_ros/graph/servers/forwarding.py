@@ -17,16 +17,16 @@ from maya_un.errors import NodeGone
 INNER = "/robot_controller/task"
 """The action by which primitive_server executes primitives, so that one node decides who may move the robot."""
 
-DECIDES = "robot_controller"
-"""The node that decides."""
+DECIDING_NODE = "robot_controller"
+"""The node that decides who may move the robot."""
 
 
 @asynccontextmanager
-async def tasks_handed_on(graph: Graph) -> AsyncGenerator[None]:
+async def tasks_forwarded(graph: Graph) -> AsyncGenerator[None]:
     """Serve /task while the block runs; the robot layer carries out each goal."""
 
     async def act(goal: Message, feedback: Feedback) -> Message:
-        gone = NodeGone(node=DECIDES)
+        gone = NodeGone(node=DECIDING_NODE)
         try:
             ended = await run_to_rest(graph.do(INNER, TASK.type, goal, feedback))
         except NodeGone:  # it names the action, not the node

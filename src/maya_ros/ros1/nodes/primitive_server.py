@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 
 from maya_ros.graph.permissions import PermittedGraph
-from maya_ros.graph.servers.forwarding import tasks_handed_on
+from maya_ros.graph.servers.forwarding import tasks_forwarded
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import rights_of_node
 
@@ -20,6 +20,6 @@ def main() -> int:
 
 async def serve(node: RosNode) -> None:
     """Forward tasks until cancelled."""
-    async with rights_of_node(node.speed) as rights, tasks_handed_on(PermittedGraph(node.graph, rights.permit)):
+    async with rights_of_node(node.speed) as rights, tasks_forwarded(PermittedGraph(node.graph, rights.permit)):
         await node.say_ready("Primitives are done by /task.")
         await asyncio.Event().wait()

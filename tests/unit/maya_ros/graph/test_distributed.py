@@ -11,7 +11,7 @@ from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.distributed import robot_layer, robot_layer_seen
 from maya_ros.graph.outcome import error_of, failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
-from maya_ros.graph.servers.forwarding import INNER, tasks_handed_on
+from maya_ros.graph.servers.forwarding import INNER, tasks_forwarded
 from maya_ros.graph.table import MAYA_COMMAND, TASK
 from maya_un.errors import Busy, Cancelled, FollowingError, MayaError, NodeGone, NotConnected, Stopped
 from maya_un.robot.primitives.home import Home
@@ -34,7 +34,7 @@ async def handed_on(ending: MayaError | GoalRefused | None) -> tuple[GoalResult,
         return success()
 
     bus.node("robot_controller").act(INNER, TASK.type, act)
-    async with tasks_handed_on(bus.node("primitive_server")):
+    async with tasks_forwarded(bus.node("primitive_server")):
         return await bus.node("process_controller").do(TASK.name, TASK.type, HOME, heard.append), heard
 
 
@@ -57,7 +57,7 @@ async def test_it_ends_as_it_ended_there(
 
 async def test_task_without_a_deciding_node_reports_it_gone() -> None:
     bus = Bus()
-    async with tasks_handed_on(bus.node("primitive_server")):
+    async with tasks_forwarded(bus.node("primitive_server")):
         ended = await bus.node("process_controller").do(TASK.name, TASK.type, HOME)
         assert ended.outcome is GoalStatus.ABORTED
         assert isinstance(error_of(ended.result), NodeGone)
@@ -69,7 +69,7 @@ async def test_missing_nodes_of_the_robot_layer_are_listed() -> None:
     deciding = bus.node("robot_controller")
     with robot_layer_seen(bus.node("process_controller")) as missing:
         assert [error.details["node"] for error in missing()] == ["robot_controller", "primitive_server"]
-        async with robot_layer(deciding, CALM), tasks_handed_on(bus.node("primitive_server")):
+        async with robot_layer(deciding, CALM), tasks_forwarded(bus.node("primitive_server")):
             assert missing() == []
             deciding.close()
             assert [error.details["node"] for error in missing()] == ["robot_controller"]
@@ -89,7 +89,7 @@ async def test_a_cancel_goes_through_and_waits_for_rest() -> None:
         return success()
 
     bus.node("robot_controller").act(INNER, TASK.type, act)
-    async with tasks_handed_on(bus.node("primitive_server")):
+    async with tasks_forwarded(bus.node("primitive_server")):
         client = bus.node("process_controller")
         request = asyncio.ensure_future(client.do(TASK.name, TASK.type, HOME))
         await elapse(1.0)
