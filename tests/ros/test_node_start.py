@@ -46,7 +46,7 @@ MOVING = {
     "maya_un.kinematics",
     "maya_un.motion",
 }
-"""What moves the robot, or computes its motion."""
+"""Modules that move the robot or compute its motion."""
 
 
 @pytest.mark.parametrize(

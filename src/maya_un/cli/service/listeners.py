@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -106,9 +106,12 @@ def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -
         return
     from maya_un.edges import EndpointOptions
 
-    with bound_socket(port) as listener, TemporaryDirectory(prefix="maya-steps-") as folder:
-        steps = (Path(folder) if journal is None else journal.parent) / STEPS
-        yield EndpointOptions(listener, replace(remote.edge(), remote=False), steps)
+    with bound_socket(port) as listener, _folder_of_steps(journal) as folder:
+        yield EndpointOptions(listener, replace(remote.edge(), remote=False), Path(folder, STEPS))
+
+
+def _folder_of_steps(journal: Path | None) -> AbstractContextManager[str | Path]:
+    return TemporaryDirectory(prefix="maya-steps-") if journal is None else nullcontext(journal.parent)
 
 
 def url_of(place: EndpointOptions) -> str:
