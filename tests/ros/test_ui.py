@@ -28,6 +28,9 @@ PYTHON = Path("/usr/bin/python3")
 MAYA = str(Path(sys.executable).with_name("maya"))
 CUBE = [0.41, 1.13, 0.40]
 TRAY = [1.18, 0.21, 0.40]
+BORDER = 195.0
+"""Height that a robot in the homed pose could go down to [mm]: there line b has its full length."""
+
 CONTROLLER_LAYER = ("rosrun", "maya_controller", "hw_simulator.py")
 SCRIPT = ("rosrun", "maya_ui", "maya_ui.py", "--window")
 
@@ -227,7 +230,7 @@ def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(read
     ready.wait("mode", "Ready")
     ready.wait("home", enabled=True)
     at_rest = height(ready)
-    assert before - 40.0 < at_rest < before - 12.0
+    assert BORDER + 100.0 < at_rest < before - 12.0  # on a busy machine, some steps more are made before the release
     ready.ask("strike", key="F12")
     ready.wait("note", "Stop: done.")
     assert height(ready) == pytest.approx(at_rest, abs=1.0)  # the last millimetre may be shown a little later
