@@ -124,9 +124,10 @@ def facing(normal: Sequence[float]) -> Quaternion:
     """Return the shortest rotation that turns z to the direction of `normal`."""
     length = hypot(*normal)
     x, y, z = (value / length for value in normal)
-    if z < -1.0 + 1e-12:
+    # Near z = -1 the sum 1 + z would lose its digits: it is (x² + y²)/(1 - z).
+    w = sqrt(0.5 * (1.0 + z)) if z > 0.0 else hypot(x, y) / sqrt(2.0 * (1.0 - z))
+    if w == 0.0:
         return Quaternion(1.0, 0.0, 0.0, 0.0)
-    w = sqrt(0.5 * (1.0 + z))
     return Quaternion(-y / (2.0 * w), x / (2.0 * w), 0.0, w)
 
 

@@ -6,7 +6,7 @@ from math import atan2, hypot
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from maya_ros.graph import types
@@ -95,6 +95,8 @@ def test_zones_are_at_their_positions() -> None:
 
 
 @given(normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda way: hypot(*way) > 1e-3))
+@example((1.9e-6, 1.1e-6, -1.0))
+@example((0.0, 0.0, -1.0))
 def test_plate_of_a_half_space_is_normal_to_its_normal(normal: tuple[float, float, float]) -> None:
     (plate,) = zone_markers([HalfSpace("wall", Point(0.0, 1.0, 0.0), Point(*normal))], 2.3)
     x, y, z, w = (plate["pose"]["orientation"][part] for part in "xyzw")
