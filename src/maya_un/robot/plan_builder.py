@@ -316,12 +316,17 @@ class PlanBuilder:
         )
 
     def _leads_to(self, approach_target: ApproachTarget, target: Point) -> bool:
-        """Return whether a plan leads to `target`; True before homing, because the start is unknown."""
+        """Return whether a plan leads to `target`, and straight up again from one that is touched.
+
+        True before homing, because the start is unknown.
+        """
         if self.pose.joints is None:
             return True
         trial = PlanBuilder(self._ground, self.pose)
         try:
             trial._go_above("", approach_target, target, "" if approach_target.touched else None)
+            if approach_target.touched:
+                trial.straight("", approach_target.above(target))
         except (PathRefused, Unreachable, TrajectoryRefused):
             return False
         return True

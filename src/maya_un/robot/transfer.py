@@ -96,12 +96,17 @@ class TransferPlanner:
             if lift > 0.0 and transfer_height + lift >= self._mechanism.reach_down:
                 return
             for width in widths:
-                yield self._over(here, there, transfer_height + lift, across, width)
+                way = self._over(here, there, transfer_height + lift, across, width)
+                if way is not None:
+                    yield way
 
     def _over(
         self, here: Waypoint, there: Waypoint, transfer_height: float, across: float, width: float
-    ) -> tuple[Path, int | None]:
-        """Return the path above `transfer_height` with corners of `width`, and the number of its via above the end."""
+    ) -> tuple[Path, int | None] | None:
+        """Return the path above `transfer_height` with corners of `width`, and the number of its via above the end.
+
+        Return None if a corner would reach above the anchors: just below them the gripper hardly accelerates.
+        """
         first, last = here, there
         begin, finish = SHARP, SHARP
         rises, falls = transfer_height - here[2] > TOLERANCE, transfer_height - there[2] > TOLERANCE
@@ -111,6 +116,8 @@ class TransferPlanner:
         if falls:
             finish = reversed_blend(self._corner(there, here, transfer_height, across, width))
             last = (there[0], there[1], transfer_height + finish.after)
+        if width > 0.0 and max(first[2], last[2]) >= self._mechanism.reach_down:
+            return None
         corners = [(first, begin)] * rises + [(last, finish)] * falls
         waypoints = (here, *(corner for corner, _ in corners), there)
         blends = tuple(blend for _, blend in corners)

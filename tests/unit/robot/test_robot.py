@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product, starmap
+from math import hypot
 
 import pytest
 
@@ -234,6 +235,23 @@ async def test_refusal_names_the_target_and_a_nearest_accepted_one(
             pass
     assert refused > 20
     assert controller.calls == []
+
+
+async def test_nearest_place_is_one_that_can_be_left_straight_up() -> None:
+    _, robot = made()
+    with pytest.raises(Unreachable) as caught:
+        robot.preview(Pick(Point(2.5842, 2.4083, 0.6208)), robot.pose)
+    nearest = caught.value.details["nearest_point"]
+    assert isinstance(nearest, tuple)
+    assert hypot(nearest[0], nearest[1]) == pytest.approx(2.3, abs=0.001)
+    robot.preview(Pick(Point(*nearest)), robot.pose)
+
+
+@pytest.mark.parametrize("target", [Point(1.125172, -0.278619, 2.316558), Point(1.094522, -0.569402, 2.236347)])
+async def test_place_just_below_the_anchors_is_refused_like_any_other(target: Point) -> None:
+    _, robot = made(closed=True)
+    with pytest.raises(Unreachable, match="cannot be reached"):
+        robot.preview(Place(target), robot.pose)
 
 
 async def test_refusal_names_the_unreachable_place() -> None:
