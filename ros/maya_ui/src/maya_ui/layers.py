@@ -150,7 +150,7 @@ class GoalClient:
         self._number = 0
         self._unheard = 0
         self._goal: Any = None
-        self._cancelled = False
+        self._cancelled = threading.Event()
         self._free = threading.Event()
         client = self._client
         self._ends = (client.pub_goal, client.pub_cancel, client.status_sub, client.feedback_sub, client.result_sub)
@@ -165,7 +165,8 @@ class GoalClient:
         with self._lock:
             if self._command is not None:
                 return False
-            self._command, self._goal, self._cancelled = command, None, False
+            self._command, self._goal = command, None
+            self._cancelled.clear()
             self._number += 1
             self._unheard = 0
             self._free.clear()
@@ -175,7 +176,7 @@ class GoalClient:
     def go(self, message: Any) -> None:
         """Send the goal of the command that this client is reserved for, unless it was cancelled since."""
         with self._lock:
-            number, cancelled = self._number, self._cancelled
+            number, cancelled = self._number, self._cancelled.is_set()
         if cancelled:
             self.end(done=False, code=CANCELLED)
             return
@@ -183,17 +184,21 @@ class GoalClient:
         with self._lock:
             if self._command is None or number != self._number:
                 return
-            self._goal, cancelled = goal, self._cancelled
+            self._goal, cancelled = goal, self._cancelled.is_set()
         if cancelled:
             goal.cancel()
 
     def cancel(self) -> None:
         """Cancel the goal of this client; it ends when the robot is at rest."""
         with self._lock:
-            self._cancelled = True
+            self._cancelled.set()
             goal = self._goal if self._command is not None else None
         if goal is not None:
             goal.cancel()
+
+    def cancelled_within(self, seconds: float) -> bool:
+        """Wait until the command of this client is cancelled; return False if it is not."""
+        return self._cancelled.wait(seconds)
 
     def cancel_all(self) -> None:
         """Cancel the goals of all clients; needs no master."""

@@ -62,6 +62,12 @@ STOP_ANSWER = 2.0
 """A stop that is not confirmed within this time is reported as unconfirmed [s]."""
 
 
+BUSY = "2104"
+"""The code of a robot that is busy."""
+
+MOST_ASKED, ASK_AGAIN = 20, 0.05
+"""A busy robot layer is asked so many times for permission to jog, with this wait between [s]."""
+
 _AT_REST = frozenset({"idle", "not_homed", "paused", "fault"})
 """Modes in which nothing moves."""
 
@@ -158,7 +164,7 @@ class UiController:
         elif graph.follow.begin(Command.JOG):
             in_thread(_jog, graph, FollowGoal(_trajectory(path)))
         else:
-            self._heard(Ended(Command.JOG, done=False, code="2104", message="busy"))
+            self._heard(Ended(Command.JOG, done=False, code=BUSY, message="busy"))
 
     def end_jog(self) -> None:
         """Cancel the jog, which comes to rest on its path; if it does not, stop the robot."""
@@ -196,7 +202,7 @@ class UiController:
         elif goal_client.begin(command):
             goal_client.go(goal)
         else:
-            self._heard(Ended(command, done=False, code="2104", message="busy"))
+            self._heard(Ended(command, done=False, code=BUSY, message="busy"))
 
     def _live(self) -> None:
         """Check repeatedly which servers are connected."""
@@ -355,17 +361,28 @@ class _Part:
 
 def _jog(graph: _Part, goal: Any) -> None:
     """Send the jog, if the robot layer permits it: between two motions of a task the robot looks idle."""
-    may = Ended(Command.JOG, done=True)
-    if graph.presence.robot:
-        asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)
-        try:
-            may = answer(Command.JOG, call("maya_command", MayaCommand, asked))
-        except (rospy.ServiceException, rospy.ROSException, OSError) as error:
-            may = Ended(Command.JOG, done=False, message=str(error))
+    may = _permission(graph) if graph.presence.robot else Ended(Command.JOG, done=True)
     if may.done:
         graph.follow.go(goal)
     else:
         graph.follow.end(done=False, code=may.code, message=may.message)
+
+
+def _permission(graph: _Part) -> Ended:
+    """Ask the robot layer for permission to jog, several times if it is busy.
+
+    It may hear of the end of the last motion later than this program.
+    """
+    asked = MayaPrimitive(command=MayaPrimitive.CAN_TELEOP)
+    may = Ended(Command.JOG, done=False)
+    for _ in range(MOST_ASKED):
+        try:
+            may = answer(Command.JOG, call("maya_command", MayaCommand, asked))
+        except (rospy.ServiceException, rospy.ROSException, OSError) as error:
+            return Ended(Command.JOG, done=False, message=str(error))
+        if may.done or may.code != BUSY or graph.follow.cancelled_within(ASK_AGAIN):
+            break
+    return may
 
 
 def _primitive(task: Task) -> Any:
