@@ -166,10 +166,10 @@ def test_clearances_are_those_of_dense_samples(path: Floats, zone: Zone) -> None
     *_, approach = closest(WORKSPACE.with_zones([zone]), path)
     dense = zone.clearances(WORKSPACE.mechanism, sampled(path, 400)).min()
     if dense > -zone.margin:
-        assert -1e-5 <= dense - approach.margin <= 1e-4, approach
+        assert -1e-4 <= dense - approach.margin <= 1e-4, approach
     else:
         # Inside of a zone the depth has edges, at which no parabola fits.
-        assert dense == pytest.approx(approach.margin, abs=0.01)
+        assert dense == pytest.approx(approach.margin, abs=0.02)
 
 
 @given(polylines(WORKSPACE))

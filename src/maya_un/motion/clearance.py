@@ -67,7 +67,8 @@ def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]
     """Return the closest approaches of chords to all limits, in the order of `LIMITS`, and to all zones.
 
     `joints` are the knots (n, 3) [rad, m, m] between which the chords run. Margins are exact to 1e-6, those of zones to
-    1e-5, but the depth inside a zone only to a centimetre. Lines that cannot meet carry more than a million loads.
+    1e-4, but the depth inside a zone only to two centimetres. They are for people: the proof of a path has its own
+    bounds. Lines that cannot meet carry more than a million loads.
     """
     joints = _two_at_least(joints)
     curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)
