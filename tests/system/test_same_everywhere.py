@@ -49,6 +49,7 @@ def test_real_time_over_tcp_is_as_dry() -> None:
         address = twin.until(":")
         real = report(f"{PICK} --address {address}", within=880.0)
     assert_same(dry, real)
-    assert dry["duration"] == pytest.approx(real["duration"], rel=0.01)
+    # On a busy machine each of the hundreds of replies of a homing comes a little later.
+    assert dry["duration"] == pytest.approx(real["duration"], rel=0.05)
     for first, second in zip(dry["steps"], real["steps"], strict=True):
-        assert first["duration"] == pytest.approx(second["duration"], rel=0.01)
+        assert first["duration"] == pytest.approx(second["duration"], rel=0.05)
