@@ -12,6 +12,9 @@ from xdist.scheduler import LoadScopeScheduling
 TOGETHER = ("tests/ros/shared/", "tests/conventions/")
 """Folders that one worker runs: their files share a launch, and the parsed source."""
 
+APART = ("tests/system/test_random_jobs.py",)
+"""Files whose cases share nothing and take half an hour each in the long run: each case goes to any worker."""
+
 FIRST = ("tests/conventions/", "tests/ros/", "tests/system/")
 """Folders of long scopes: one worker runs all conventions, and the others start programs. Short files fill the end."""
 
@@ -52,6 +55,8 @@ def _folder(scope: str) -> str:
 
 
 def _scope(nodeid: str) -> str:
+    if nodeid.startswith(APART):
+        return nodeid
     return next((folder for folder in TOGETHER if nodeid.startswith(folder)), nodeid.partition("::")[0])
 
 
