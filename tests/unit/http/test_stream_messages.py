@@ -126,5 +126,5 @@ def test_the_reference_names_every_message_and_key() -> None:
         assert [key for key in keys if f'"{key}": ' not in page] == []
     source = "".join(path.read_text(encoding="utf-8") for path in Path(messages.__file__).parent.glob("*.py"))
     told = set(re.findall(r'plain_frame\("(\w+)"', source)) | set(re.findall(r'"type":"(\w+)"', source))
-    assert {"hello", "subscribed", "state", "event", "queue", "restart", "pong", "renewed", "error"} == told
+    assert {"hello", "subscribed", "state", "event", "queue", "restart", "pong", "renewed", "response", "error"} == told
     assert [kind for kind in told if f'{{"type": "{kind}"' not in page] == []

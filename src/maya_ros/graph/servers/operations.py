@@ -7,8 +7,9 @@ the call within this process, without a socket.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Callable, Mapping
+from collections.abc import AsyncGenerator, Mapping
 from contextlib import asynccontextmanager
+from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Protocol
 
 from maya_ros.graph.outcome import failure, success
@@ -19,19 +20,18 @@ from maya_un.client.operations import request_of
 from maya_un.client.request import Request
 from maya_un.client.transport import ServiceAddress, encoded, refusal
 from maya_un.errors import InvalidRequest, MayaError
+from maya_un.http.internal import InternalRequest, answered
 from maya_un.process.spec.json_object import decode_object
 from maya_un.service.access.operations import Caller
 
 if TYPE_CHECKING:
-    from httpx import AsyncClient
-    from starlette.types import ASGIApp, Receive, Scope, Send
+    from starlette.types import ASGIApp
 
     from maya_un.http.bridge import Bridge
 
 LONGEST = 16_384
 """Longest arguments of a call [characters]: they are parsed in the loop. Longer jobs go over HTTP."""
 
-_HERE = ServiceAddress("http://localhost", "", "")
 _SOURCE = ("127.0.0.1", 0)
 
 
@@ -48,40 +48,28 @@ class InternalApp:
 
     def __init__(self, bridge: Bridge) -> None:
         self._bridge = bridge
-        self._clients: asyncio.Future[Callable[[Caller], AsyncClient]] | None = None
+        self._app: asyncio.Future[ASGIApp] | None = None
 
     async def ask(self, request: Request[Any], caller: Caller) -> str:
         """Return the answer as JSON, "" for none; raises the error of the operation."""
-        if self._clients is None or (self._clients.done() and self._clients.exception() is not None):
-            self._clients = asyncio.get_running_loop().run_in_executor(None, _clients_of, self._bridge)
-        client_of = await asyncio.shield(self._clients)
-        sent = encoded(request, _HERE, caller.lease)
-        async with client_of(caller) as client:
-            answer = await client.request(request.method, sent.url, headers=sent.headers, content=sent.content)
-        if answer.is_error:
-            raise refusal(answer.content)
-        return answer.text
+        if self._app is None or (self._app.done() and self._app.exception() is not None):
+            self._app = asyncio.get_running_loop().run_in_executor(None, _app_of, self._bridge)
+        app = await asyncio.shield(self._app)
+        sent = encoded(request, ServiceAddress(""), caller.lease)
+        headers = {**sent.headers, "Host": "localhost"}
+        asked = InternalRequest(request.method, sent.url, headers, sent.content)
+        answer = await answered(app, asked, caller, _SOURCE, asyncio.Event().wait)
+        content = answer.content or b""
+        if answer.status >= HTTPStatus.BAD_REQUEST:
+            raise refusal(content)
+        return content.decode()
 
 
-def _clients_of(bridge: Bridge) -> Callable[[Caller], AsyncClient]:
-    """Return a function that makes the client of a caller.
-
-    For a thread: this takes a quarter of a second, which a node that nobody calls does not need.
-    """
-    from httpx import ASGITransport, AsyncClient  # noqa: PLC0415
-
+def _app_of(bridge: Bridge) -> ASGIApp:
+    """Return the application. For a thread: this takes a quarter of a second, which many nodes never need."""
     from maya_un.http.app import create_app  # noqa: PLC0415
-    from maya_un.http.connections import CALLER  # noqa: PLC0415
 
-    app: ASGIApp = create_app(bridge)
-
-    def client_of(caller: Caller) -> AsyncClient:
-        async def with_caller(scope: Scope, receive: Receive, send: Send) -> None:
-            await app({**scope, CALLER: caller}, receive, send)
-
-        return AsyncClient(transport=ASGITransport(with_caller, client=_SOURCE), timeout=None)
-
-    return client_of
+    return create_app(bridge)
 
 
 class OperationServer:

@@ -164,6 +164,7 @@ _KEYS: dict[str, frozenset[str]] = {
     "subscribe": frozenset({"state", "events", "queue"}),
     "ping": frozenset(),
     "renew": frozenset({"lease", "bound"}),
+    "request": frozenset({"method", "path", "body", "lease"}),
 }
 """Messages of a client, with their keys besides `type` and `id`."""
 
@@ -271,6 +272,12 @@ def event_frame(run: int, event: EventMessage) -> bytes:
 def queue_frame(view: object) -> bytes:
     """Return the frame of the queue."""
     return framed(b'{"type":"queue","queue":%b}' % to_json(view))
+
+
+def response_frame(status: int, content: bytes, about: Mapping[str, Any]) -> bytes:
+    """Return the frame of the answer to the request `about`; `content` is JSON, b"" for none."""
+    id_ = b'"id":%b,' % json.dumps(about["id"]).encode() if "id" in about else b""
+    return framed(b'{"type":"response",%b"status":%d,"body":%b}' % (id_, status, content or b"null"))
 
 
 def plain_frame(kind: str, about: Mapping[str, Any] | None = None, **content: object) -> bytes:

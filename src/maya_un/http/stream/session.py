@@ -31,6 +31,7 @@ from maya_un.http.stream.messages import (
     plain_frame,
     subscription,
 )
+from maya_un.http.stream.requests import StreamRequests
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.operations import Caller, Operation
 
@@ -152,6 +153,7 @@ class StreamSession:
         self._caller = caller
         self._language = language
         self._reader = StreamReader(wire, hub.ring, self._lag)
+        self._requests = StreamRequests(socket, wire.write, language)
         self._catching: asyncio.Task[None] | None = None
         self._bound = ""
         self._heard_until = 0.0
@@ -166,6 +168,7 @@ class StreamSession:
                 await self._breathe()
         finally:
             self._stop_catching_up()
+            self._requests.end()
             self._wire.on_room = None
             self._hub.leave(self._reader)
             await self._let_go()
@@ -209,6 +212,8 @@ class StreamSession:
                     await self._subscribe(message)
                 case "renew":
                     await self._renew(message)
+                case "request":
+                    self._requests.begin(message, self._caller, self._bound)
                 case _:
                     self._wire.write(plain_frame("pong", message))
         except NotSignedIn:

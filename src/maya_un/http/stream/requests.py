@@ -1,0 +1,91 @@
+"""Requests that a client sends on the stream: those of HTTP, answered by the same application.
+
+On one connection they begin in the order in which they were sent, and no other request of the same browser delays them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from starlette.types import ASGIApp
+from starlette.websockets import WebSocket
+
+from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
+from maya_un.http.connections import source_of
+from maya_un.http.internal import InternalRequest, answered
+from maya_un.http.log import written_down
+from maya_un.http.middleware import UNLIMITED
+from maya_un.http.stream.messages import error_frame, response_frame
+from maya_un.service.access.operations import Caller
+
+MOST_AT_ONCE = 16
+"""Maximum number of requests of one client that wait for their answers; stop and abort are always accepted."""
+
+_PASSED_ON = ("accept-language", "forwarded", "host", "origin", "x-forwarded-for", "x-real-ip")
+"""Headers of the handshake that decide how a request is checked and answered."""
+
+_METHODS = frozenset({"GET", "POST", "PUT", "PATCH", "DELETE"})
+
+
+class StreamRequests:
+    """The requests of one client; `write` sends a frame to it."""
+
+    def __init__(self, socket: WebSocket, write: Callable[[bytes], None], language: str) -> None:
+        self._app: ASGIApp = socket.app
+        self._headers = {name: socket.headers[name] for name in _PASSED_ON if name in socket.headers}
+        self._source = (source_of(socket), 0)
+        self._write = write
+        self._language = language
+        self._left = asyncio.Event()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def begin(self, message: Mapping[str, Any], caller: Caller, lease: str) -> None:
+        """Begin a request for `caller`, with this lease if the message names none.
+
+        Raises `InvalidRequest`, and `TooManyRequests` if too many others wait for their answers.
+        """
+        request = self._request(message)
+        caller = replace(caller, lease=_text(message, "lease", lease))
+        if len(self._tasks) >= MOST_AT_ONCE and request.target not in UNLIMITED:
+            raise TooManyRequests(limit=MOST_AT_ONCE, seconds="1", wait=1)
+        task = asyncio.get_running_loop().create_task(self._answer(message, request, caller), name="request on stream")
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    def end(self) -> None:
+        """Tell the requests that their client has left. As over HTTP, only those end that serve nobody else."""
+        self._left.set()
+
+    def _request(self, message: Mapping[str, Any]) -> InternalRequest:
+        method, path = _text(message, "method", "POST"), _text(message, "path", "")
+        if method not in _METHODS:
+            raise InvalidRequest(key="method", reason=f"it must be one of {', '.join(sorted(_METHODS))}")
+        if not path.startswith("/v1/") or not path.isascii() or not path.isprintable():
+            raise InvalidRequest(key="path", reason="it must be a path like /v1/stop, percent-encoded")
+        content = json.dumps(message["body"]).encode() if message.get("body") is not None else b""
+        return InternalRequest(method, path, self._headers, content)
+
+    async def _answer(self, message: Mapping[str, Any], request: InternalRequest, caller: Caller) -> None:
+        try:
+            answer = await answered(self._app, request, caller, self._source, self._left.wait)
+        except Exception as defect:  # noqa: BLE001 - no code awaits this task; the client and the log get the error
+            self._refuse(message, written_down(defect))
+            return
+        if answer.content is None:
+            self._refuse(message, InvalidRequest(key="path", reason="its answer is not JSON; ask for it over HTTP"))
+        else:
+            self._write(response_frame(answer.status, answer.content, message))
+
+    def _refuse(self, message: Mapping[str, Any], error: MayaError) -> None:
+        self._write(error_frame(error, self._language, message))
+
+
+def _text(message: Mapping[str, Any], key: str, default: str) -> str:
+    value = message.get(key, default)
+    if not isinstance(value, str):
+        raise InvalidRequest(key=key, reason="it must be a text")
+    return value
