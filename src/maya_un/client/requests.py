@@ -361,20 +361,27 @@ def jog_by(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True)
     )
 
 
-def jog_hold(axis: str, direction: int, *, speed: float = 1.0) -> Request[HeldJog]:
-    """Jog along one axis for as long as this request is repeated, at least twice a second."""
+def jog_hold(axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> Request[HeldJog]:
+    """Jog along one axis for as long as this request is repeated, at least twice a second.
+
+    `press` is an id of your choice for one press of the key: after its end, a request that arrives late moves nothing.
+    """
     return Request(
         "POST",
         "/v1/jog",
         Answer("maya_un.schema.robot", "HeldJog"),
-        body={"axis": axis, "direction": direction, "hold": True} | changed({"speed": (speed, 1.0)}),
+        body={"axis": axis, "direction": direction, "hold": True}
+        | changed({"speed": (speed, 1.0), "press": (press, None)}),
         timeout=3600.0,
     )
 
 
-def jog_release() -> Request[None]:
-    """End the held jog. `axis`, `direction` and `speed` are accepted and ignored."""
-    return Request("POST", "/v1/jog", NOTHING, body={"hold": False}, timeout=3600.0)
+def jog_release(press: str | None = None) -> Request[None]:
+    """End the held jog, with `press` only that of this press.
+
+    `axis`, `direction` and `speed` are accepted and ignored.
+    """
+    return Request("POST", "/v1/jog", NOTHING, body={"hold": False} | changed({"press": (press, None)}), timeout=3600.0)
 
 
 def stop() -> Request[StopReport]:

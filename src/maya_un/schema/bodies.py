@@ -43,6 +43,10 @@ No = Annotated[bool, Strict(), WithJsonSchema({"const": False})]
 """A strict bool, because `Literal[True]` would also accept 1."""
 
 
+Press = Annotated[str, Field(min_length=1, max_length=64)]
+"""The id of one press of a key, unique among all clients."""
+
+
 @dataclass(frozen=True, slots=True)
 class JogBy:
     """Jog along one axis by a distance [rad or m]; with `clip`, only as far as the workspace allows."""
@@ -56,21 +60,29 @@ class JogBy:
 
 @dataclass(frozen=True, slots=True)
 class JogHold:
-    """Jog along one axis for as long as this request is repeated, at least twice a second."""
+    """Jog along one axis for as long as this request is repeated, at least twice a second.
+
+    `press` is an id of your choice for one press of the key: after its end, a request that arrives late moves nothing.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     axis: Axis
     direction: Direction
     hold: Yes
     speed: Share = 1.0
+    press: Press | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class JogRelease:
-    """End the held jog. `axis`, `direction` and `speed` are accepted and ignored."""
+    """End the held jog, with `press` only that of this press.
+
+    `axis`, `direction` and `speed` are accepted and ignored.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     hold: No
+    press: Press | None = None
     axis: Any = None
     direction: Any = None
     speed: Any = None

@@ -1,7 +1,9 @@
 """Direct commands, which bypass the queue: one at a time, including held jogs.
 
 A held jog is one planned motion to the border of the workspace, so it is bounded and decelerates before the border.
-After its end by the border, another user's stop or a fault, it does not start again until the key is released.
+After its end by the border, another user's stop or a fault, it does not start again until the key is released. Two
+connections may exchange the order of two requests: a client that numbers the presses of its keys moves nothing by a
+request that arrives after the end of its press.
 
 The queue waits: a job starts when the direct command has ended. A command is refused with `Busy` while a job or another
 command is running. Callers have passed the gate by `Operation.COMMAND`.
@@ -10,6 +12,7 @@ command is running. Callers have passed the gate by `Operation.COMMAND`.
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from typing import Any, NamedTuple
@@ -27,6 +30,9 @@ from maya_un.values import Joints
 
 PATIENCE = 0.5
 """A held jog that is not renewed within this time stops [s]."""
+
+_MOST_PRESSES = 64
+"""Number of ended presses that are remembered."""
 
 _REFUSED_WITHIN = 0.05
 _ROUNDING = 1e-6
@@ -53,16 +59,23 @@ class HeldJogs:
         self._moved: _Key | None = None
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
+        self._press: str | None = None
+        self._ended: deque[str] = deque(maxlen=_MOST_PRESSES)
 
-    async def hold(self, axis: str, direction: int, speed: float) -> HeldJog:
+    async def hold(self, axis: str, direction: int, speed: float, press: str | None = None) -> HeldJog:
         """Start a held jog, or renew it; for another axis, direction or speed, the previous jog first comes to rest.
 
-        Returns as soon as it moves. Raises the errors of a motion, and `InvalidValue` for a direction other than 1 and
-        -1.
+        A `press` that has ended, for whatever reason, moves nothing any more. Returns as soon as it moves. Raises the
+        errors of a motion, and `InvalidValue` for a direction other than 1 and -1.
         """
         if direction not in (1, -1):
             raise InvalidValue(key="direction", value=direction, reason="it must be 1 or -1")
         key = _Key(axis, direction, speed)
+        if press in self._ended:
+            return HeldJog(axis, direction, moving=False)
+        if press != self._press:
+            self._end_press()
+            self._press, self._key = press, None
         if key == self._key:
             self._renew()
             return self._answer(key)
@@ -73,8 +86,15 @@ class HeldJogs:
         await self._begin(key)
         return self._answer(key)
 
-    async def release(self) -> None:
-        """End the held jog: stop on the path and return at rest; do nothing without a held jog."""
+    async def release(self, press: str | None = None) -> None:
+        """End the held jog: stop on the path and return at rest; do nothing without a held jog.
+
+        With a `press`, end that press alone, and do nothing to the jog of another one.
+        """
+        if press is not None and press != self._press:
+            self._remember(press)
+            return
+        self._end_press()
         self._key = None
         if self._watch is not None:
             self._watch.cancel()
@@ -87,6 +107,15 @@ class HeldJogs:
         """Start braking on the path; a key that is still held starts no new jog until it is released."""
         self._halted = True
         self._brake()
+
+    def _end_press(self) -> None:
+        if self._press is not None:
+            self._remember(self._press)
+        self._press = None
+
+    def _remember(self, press: str) -> None:
+        if press not in self._ended:
+            self._ended.append(press)
 
     def _brake(self) -> None:
         if self._task is not None and not self._task.done() and not self._task.cancelling():
@@ -131,6 +160,7 @@ class HeldJogs:
         if loop.time() < self._until - _ROUNDING:
             self._watch = loop.call_at(self._until, self._expired)
         else:
+            self._end_press()
             self._key = None
             self._brake()
 

@@ -145,17 +145,18 @@ class Service:
         self._require_no_job()
         return await self._controller.jog(axis, distance, speed=speed, clip=clip)
 
-    async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0) -> HeldJog:
+    async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> HeldJog:
         """Jog in `direction` (1 or -1) while this is called again at least twice a second; return at once.
 
-        On a twin with a faster clock, this period is in real time. Raises as `jog` does.
+        On a twin with a faster clock, this period is in real time. A `press` that has ended moves nothing any more.
+        Raises as `jog` does.
         """
         self._require_no_job()
-        return await self._held.hold(axis, direction, speed)
+        return await self._held.hold(axis, direction, speed, press)
 
-    async def jog_release(self) -> None:
-        """Stop a held jog on its path; do nothing without one."""
-        await self._held.release()
+    async def jog_release(self, press: str | None = None) -> None:
+        """Stop a held jog on its path, with `press` only that of this press; do nothing without one."""
+        await self._held.release(press)
 
     async def check_storage(self) -> str:
         """Return the reason why the journal cannot be written, "" if it can; in that case, pause the queue."""

@@ -98,12 +98,12 @@ class ServiceStandIn:
         self._note("jog", axis, distance, speed, clip)
         return Jogged(axis, distance)
 
-    async def jog_hold(self, axis: str, direction: int, *, speed: float) -> HeldJog:
-        self._note("jog_hold", axis, direction, speed)
+    async def jog_hold(self, axis: str, direction: int, *, speed: float, press: str | None) -> HeldJog:
+        self._note("jog_hold", axis, direction, speed, press)
         return HeldJog(axis, direction, moving=True)
 
-    async def jog_release(self) -> None:
-        self._note("jog_release")
+    async def jog_release(self, press: str | None) -> None:
+        self._note("jog_release", press)
 
     async def pause(self) -> StopReport:
         self._note("pause")

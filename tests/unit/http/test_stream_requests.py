@@ -37,11 +37,11 @@ class Robot(Watched):
         self.asked.append("stop")
         return StopReport(was_moving=False, duration=0.0, distance=(0.0, 0.0, 0.0))
 
-    async def jog_hold(self, axis: str, direction: int, *, speed: float) -> HeldJog:
+    async def jog_hold(self, axis: str, direction: int, *, speed: float, press: str | None) -> HeldJog:
         self.asked.append(speed)
         return HeldJog(axis, direction, moving=True)
 
-    async def jog_release(self) -> None:
+    async def jog_release(self, press: str | None) -> None:
         self.asked.append("released")
 
     @property

@@ -178,3 +178,51 @@ async def test_jog_refused_by_the_planner_is_refused() -> None:
     async with rig() as bench:
         with pytest.raises(NotHomed):
             await HeldJogs(bench.controller).hold("b", 1, 1.0)
+
+
+async def test_request_that_arrives_after_the_release_of_its_press_moves_nothing() -> None:
+    async with held() as (bench, jogs):
+        assert await jogs.hold("b", 1, 1.0, "first") == MOVING
+        await jogs.release("first")
+        assert not (await jogs.hold("b", 1, 1.0, "first")).moving
+        assert commands_in(bytes(bench.sent)).count("BGS") == 1
+        assert await jogs.hold("b", 1, 1.0, "second") == MOVING
+
+
+async def test_release_that_arrives_before_its_press_ends_it() -> None:
+    async with held() as (bench, jogs):
+        await jogs.release("first")
+        assert not (await jogs.hold("b", 1, 1.0, "first")).moving
+        assert "BGS" not in commands_in(bytes(bench.sent))
+
+
+async def test_late_release_does_not_end_the_next_press() -> None:
+    async with held() as (bench, jogs):
+        await jogs.hold("b", 1, 1.0, "first")
+        await jogs.hold("b", -1, 1.0, "second")
+        await jogs.release("first")
+        assert (await jogs.hold("b", -1, 1.0, "second")).moving
+        assert still_moving(bench) > 0.0
+
+
+async def test_press_that_was_not_renewed_in_time_moves_nothing_any_more() -> None:
+    async with held() as (bench, jogs):
+        await jogs.hold("b", 1, 1.0, "first")
+        await elapse(5.0)
+        assert not (await jogs.hold("b", 1, 1.0, "first")).moving
+        assert still_moving(bench) == 0.0
+
+
+async def test_new_press_moves_after_a_halt_though_no_release_arrived() -> None:
+    async with held() as (_, jogs):
+        await jogs.hold("b", 1, 1.0, "first")
+        jogs.halt()
+        await elapse(0.2)
+        assert not (await jogs.hold("b", 1, 1.0, "first")).moving
+        assert (await jogs.hold("b", 1, 1.0, "second")).moving
+
+
+async def test_one_press_may_change_direction_and_speed() -> None:
+    async with held() as (_, jogs):
+        await jogs.hold("b", 1, 1.0, "first")
+        assert (await jogs.hold("b", -1, 0.5, "first")).moving

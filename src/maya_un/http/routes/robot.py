@@ -37,8 +37,8 @@ SpeedBody = Annotated[Speed, sent(Speed)]
 
 _JOGS = {
     "by a distance": {"axis": "r", "distance": 0.02},
-    "while a key is held": {"axis": "r", "direction": 1, "hold": True},
-    "let go": {"hold": False},
+    "while a key is held": {"axis": "r", "direction": 1, "hold": True, "press": "7f3a-12"},
+    "let go": {"hold": False, "press": "7f3a-12"},
 }
 _NO_MOTION = (UnknownName, NotConnected, Faulted, NotHomed, Busy, Stopped, Unreachable, PathRefused)
 
@@ -59,7 +59,8 @@ def add_moving(routes: Routes) -> None:
     async def jog(ask: Ask, body: AnyJog) -> Response:
         """Jog along one axis by a `distance`; the response comes at the end of the motion.
 
-        With `hold` true, jog while the request is repeated at least twice a second. `hold` false ends this jog.
+        With `hold` true, jog while the request is repeated at least twice a second. `hold` false ends this jog. `press`
+        names one press of the key: after its end, a request of the same press that arrives late moves nothing.
         """
         if isinstance(body, JogBy):
             how = body
@@ -67,8 +68,12 @@ def add_moving(routes: Routes) -> None:
             return answer(await moved)
         if isinstance(body, JogHold):
             held = body
-            return answer(await ask(lambda service: service.jog_hold(held.axis, held.direction, speed=held.speed)))
-        await ask(lambda service: service.jog_release())
+            moving = ask(
+                lambda service: service.jog_hold(held.axis, held.direction, speed=held.speed, press=held.press)
+            )
+            return answer(await moving)
+        released = body.press
+        await ask(lambda service: service.jog_release(released))
         return answer(Released())
 
     @routes.add("POST", "/v1/stop", Operation.STOP, tag=_TAG, gives=StopReport, refuses=(NotConnected,), patience=HURRY)
