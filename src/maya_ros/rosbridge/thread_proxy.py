@@ -18,6 +18,7 @@ from maya_un.controller.protocol import Preview
 from maya_un.events import Listener
 from maya_un.http.bridge import Bridge
 from maya_un.http.stream.hub import Batch, StreamSource
+from maya_un.http.stream.topics import QUEUE
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
 from maya_un.robot.primitives import Primitive
@@ -50,8 +51,8 @@ class StackEvents:
 
     def take(self, batch: Batch) -> None:
         """Take new events and a new state of the queue."""
-        if batch.queue is not None:
-            self.view = cast("QueueView", batch.queue)
+        if QUEUE in batch.values:
+            self.view = cast("QueueView", batch.values[QUEUE])
         for event in batch.events:
             for listener in tuple(self._listeners):
                 listener(event)
@@ -68,14 +69,11 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
     service, last, view = await bridge.asked(begun)
     echo = StackEvents(view)
 
-    async def queue() -> object:
-        return service.queue.view()
-
     def hand_over(batch: Batch) -> None:
         loop.call_soon_threadsafe(echo.take, batch)
 
-    tap = StreamSource(service, queue, hand_over, speed)
-    tap.queue_wanted = True
+    tap = StreamSource(service, hand_over, speed)
+    tap.topics[QUEUE].wanted = True
     tapping = loop.create_task(bridge.within(lambda: tap.run(last)), name="tap of the graph")
     try:
         yield echo

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
-from maya_un.http.stream.hub import HEARTBEAT, QUEUE_PERIOD, Batch, EventRing, StreamHub, StreamReader, StreamSource
+from maya_un.http.stream.hub import HEARTBEAT, Batch, EventRing, StreamHub, StreamReader, StreamSource
+from maya_un.http.stream.topics import PERIOD, QUEUE
 from tests.streaming import Watched
 from tests.unit.http.frames import messages
 from tests.virtual_time import elapse
@@ -90,14 +91,11 @@ async def scene(*, speed: float = 1.0, most: int = 1000, before: int = 0) -> Asy
     watched.happen(before)
     hub, batches, loop = StreamHub(watched.run, EventRing(before, most)), list[Batch](), asyncio.get_running_loop()
 
-    async def view() -> object:
-        return watched.view()
-
     def hand_over(batch: Batch) -> None:
         batches.append(batch)
         loop.call_soon(hub.take, batch)
 
-    tap = StreamSource(watched.service, view, hand_over, speed)
+    tap = StreamSource(watched.service, hand_over, speed)
     hub.open(tap)
     task = loop.create_task(tap.run(before))
     try:
@@ -286,15 +284,15 @@ async def test_events_of_one_turn_are_sent_together() -> None:
 async def test_the_queue_is_shown_now_and_when_it_changes_but_not_oftener_than_it_should() -> None:
     async with scene(speed=50.0) as here:
         ear, reader = here.reader()
-        here.hub.show_queue(reader, wanted=True)
-        await elapse(QUEUE_PERIOD * 50.0)
+        here.hub.show(reader, QUEUE, wanted=True)
+        await elapse(PERIOD * 50.0)
         assert ear.modes == ["running"]
         for number in range(100):
             here.watched.shown = {"mode": f"{number}"}
             here.watched.happen(event=StepAdvanced(1, 1, "home", "done"))
             await elapse(0.5)
         assert here.watched.views <= 12  # 50 s of a clock that runs 50 times as fast
-        await elapse(QUEUE_PERIOD * 50.0)
+        await elapse(PERIOD * 50.0)
         assert ear.modes[-1] == "99"
 
 
@@ -304,14 +302,14 @@ async def test_queue_is_read_only_for_subscribers() -> None:
         here.watched.happen(event=JobAdvanced(1, "sort", "done", "ana"))
         await elapse(1.0)
         assert here.watched.views == 0
-        here.hub.show_queue(reader, wanted=True)
+        here.hub.show(reader, QUEUE, wanted=True)
         await elapse(1.0)
-        here.hub.show_queue(reader, wanted=False)
+        here.hub.show(reader, QUEUE, wanted=False)
         here.watched.shown = {"mode": "paused"}
         here.watched.happen(event=JobAdvanced(1, "sort", "done", "ana"))
         await elapse(1.0)
         assert (here.watched.views, ear.modes) == (1, ["running"])
-        here.hub.show_queue(reader, wanted=True)
+        here.hub.show(reader, QUEUE, wanted=True)
         await elapse(1.0)
         assert ear.modes == ["running", "paused"]
 
@@ -319,7 +317,7 @@ async def test_queue_is_read_only_for_subscribers() -> None:
 async def test_a_queue_that_looks_the_same_is_not_shown_again() -> None:
     async with scene() as here:
         ear, reader = here.reader()
-        here.hub.show_queue(reader, wanted=True)
+        here.hub.show(reader, QUEUE, wanted=True)
         for _ in range(5):
             await elapse(1.0)
             here.watched.happen(event=QueueChanged("paused", "stop", "ana"))
@@ -330,7 +328,7 @@ async def test_a_queue_that_looks_the_same_is_not_shown_again() -> None:
 async def test_prediction_without_an_event_is_sent_soon() -> None:
     async with scene() as here:
         ear, reader = here.reader()
-        here.hub.show_queue(reader, wanted=True)
+        here.hub.show(reader, QUEUE, wanted=True)
         await elapse(1.0)
         here.watched.shown = {"mode": "predicted"}
         await elapse(2.5)
@@ -340,10 +338,10 @@ async def test_prediction_without_an_event_is_sent_soon() -> None:
 async def test_late_subscriber_gets_the_queue_at_once() -> None:
     async with scene() as here:
         _, first = here.reader()
-        here.hub.show_queue(first, wanted=True)
+        here.hub.show(first, QUEUE, wanted=True)
         await elapse(1.0)
         ear, second = here.reader()
-        here.hub.show_queue(second, wanted=True)
+        here.hub.show(second, QUEUE, wanted=True)
         assert (ear.modes, here.watched.views) == (["running"], 1)
 
 
@@ -351,7 +349,7 @@ async def test_one_that_left_gets_nothing_any_more() -> None:
     async with scene() as here:
         ear, reader = here.following()
         here.hub.show_states(reader, 10.0)
-        here.hub.show_queue(reader, wanted=True)
+        here.hub.show(reader, QUEUE, wanted=True)
         await elapse(1.0)
         before = len(ear.writes)
         here.hub.leave(reader)
@@ -362,13 +360,12 @@ async def test_one_that_left_gets_nothing_any_more() -> None:
 
 
 async def test_a_tap_of_a_service_that_fails_ends_with_its_error() -> None:
-    watched = Watched()
+    class Invisible(Watched):
+        def view(self) -> dict[str, Any]:
+            raise AssertionError("the queue cannot be seen")
 
-    async def view() -> object:
-        raise AssertionError("the queue cannot be seen")
-
-    tap = StreamSource(watched.service, view, lambda _: None)
-    tap.queue_wanted = True
+    tap = StreamSource(Invisible().service, lambda _: None)
+    tap.topics[QUEUE].wanted = True
     with pytest.raises(ExceptionGroup) as failed:
         await tap.run(0)
     assert "cannot be seen" in str(failed.value.exceptions[0])

@@ -21,10 +21,11 @@ from maya_un.http.stream.messages import (
     event_frame,
     kind_of,
     plain_frame,
-    queue_frame,
     state_frame,
     subscription,
+    topic_frame,
 )
+from maya_un.http.stream.topics import QUEUE, TOPICS
 from maya_un.schema.robot import EventMessage
 from tests.streaming import REST
 from tests.unit.http.frames import texts
@@ -83,7 +84,9 @@ def test_subscription_names_its_changes() -> None:
     assert subscription({"type": "subscribe", "state": {}}).rate == 10.0
     assert subscription({"type": "subscribe", "events": {}}).past == ReplayStart(None, None)
     ended = subscription({"type": "subscribe", "state": None, "events": None, "queue": False})
-    assert (ended.named, ended.rate, ended.past, ended.queue) == ({"state", "events", "queue"}, None, None, False)
+    assert (ended.named, ended.rate, ended.past) == ({"state", "events", "queue"}, None, None)
+    assert ended.topics == frozenset()
+    assert subscription({"type": "subscribe", "queue": True}).topics == {QUEUE}
 
 
 def test_states_differ_by_content_not_by_time() -> None:
@@ -99,7 +102,7 @@ def test_every_message_has_a_type() -> None:
         "run": 3,
         "event": {"seq": 7, "time": 1.5, "kind": "phase", "code": 0, "detail": {"name": "down"}},
     }
-    assert message_of(queue_frame({"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
+    assert message_of(topic_frame("queue", {"mode": "paused"})) == {"type": "queue", "queue": {"mode": "paused"}}
     assert message_of(plain_frame("pong", {"type": "ping", "id": 5})) == {"type": "pong", "id": 5}
 
 
@@ -126,5 +129,5 @@ def test_the_reference_names_every_message_and_key() -> None:
         assert [key for key in keys if f'"{key}": ' not in page] == []
     source = "".join(path.read_text(encoding="utf-8") for path in Path(messages.__file__).parent.glob("*.py"))
     told = set(re.findall(r'plain_frame\("(\w+)"', source)) | set(re.findall(r'"type":"(\w+)"', source))
-    assert {"hello", "subscribed", "state", "event", "queue", "restart", "pong", "renewed", "response", "error"} == told
-    assert [kind for kind in told if f'{{"type": "{kind}"' not in page] == []
+    assert {"hello", "subscribed", "state", "event", "restart", "pong", "renewed", "response", "error"} == told
+    assert [kind for kind in told | TOPICS.keys() if f'{{"type": "{kind}"' not in page] == []

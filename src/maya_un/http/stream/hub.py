@@ -1,4 +1,4 @@
-"""The hub of the stream: states, events and the queue from the service to each reader.
+"""The hub of the stream: states, events and topics from the service to each reader.
 
 It has a source in the stack's loop, and encodes each frame once for all readers. A reader gets every event in order
 from a shared ring, and only the latest value of everything else.
@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import NamedTuple, Protocol
 
-from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
-from maya_un.http.stream.messages import content, event_frame, queue_frame, state_frame
+from maya_un.events import Event
+from maya_un.http.stream.messages import content, event_frame, state_frame, topic_frame
+from maya_un.http.stream.topics import TOPICS, Topic, TopicSource
 from maya_un.schema.robot import EventMessage
+from maya_un.service.service import Service
 from maya_un.values import State
 
 MOST_EVENTS = 20_000
@@ -95,7 +98,7 @@ class ReaderWire(Protocol):
 class StreamReader:
     """One reader of the stream.
 
-    Values (a state, the queue) replace an older one that was not sent yet. Events are sent from the shared `ring`, so a
+    Values (a state, a topic) replace an older one that was not sent yet. Events are sent from the shared `ring`, so a
     slow reader needs no memory of its own; if the ring no longer contains the reader's next event, the reader is lost,
     and `on_lost` is called. `seen` is the number of the last event sent, None without a subscription; while `catching`,
     another task sends it the missing events.
@@ -146,73 +149,43 @@ class StreamReader:
         self.seen = upto
 
 
-QUEUE_PERIOD = 0.1
-"""Shortest period of reading the queue [s, real time]."""
-
-QUEUE_LOOK = 2.0
-"""Longest period of reading the queue while it has a reader, for updated predictions [s]."""
-
-_STIRRING = (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged)
-"""Events that change the queue."""
-
-
-class StreamedService(Protocol):
-    """The part of the service that the tap needs."""
-
-    def watch(self) -> AsyncIterator[State]:
-        """Yield the current state and every newer one; a slow reader skips to the newest."""
-        ...
-
-    def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:
-        """Yield every event numbered above `seq`, first the past ones, then new ones as they occur."""
-        ...
-
-
 class Batch(NamedTuple):
-    """New data: events in order, the latest state, the latest view of the queue; None for an unchanged one."""
+    """New data: events in order, the latest state (None for an unchanged one), and the newest values of topics."""
 
     events: list[Event]
     state: State | None
-    queue: object
+    values: Mapping[Topic, object]
 
 
 class StreamSource:
-    """Follows `source` in the stack's loop; `hand_over` is called there with every batch.
+    """Follows `service` in the stack's loop; `hand_over` is called there with every batch.
 
-    `view` returns the queue. `speed` is the speed of the loop's clock relative to real time. Any thread may read
-    `latest`, the newest state, and set `queue_wanted`, whether the queue has a reader.
+    `speed` is the speed of the loop's clock relative to real time. Any thread may read `latest`, the newest state, and
+    use the sources of `topics`.
     """
 
-    def __init__(
-        self,
-        source: StreamedService,
-        view: Callable[[], Awaitable[object]],
-        hand_over: Callable[[Batch], None],
-        speed: float = 1.0,
-    ) -> None:
-        self._source = source
-        self._view = view
+    def __init__(self, service: Service, hand_over: Callable[[Batch], None], speed: float = 1.0) -> None:
+        self._service = service
         self._hand_over = hand_over
-        self._speed = max(1.0, speed)
         self._events: list[Event] = []
         self._state: State | None = None
         self._told: object = None
         self._wanted = True
-        self._queue: object = None
+        self._values: dict[Topic, object] = {}
         self._flushing = False
-        self._stirred = asyncio.Event()
-        self._stirred.set()
-        self._loop: asyncio.AbstractEventLoop | None = None
         self.latest: State | None = None
-        self.queue_wanted = False
+        self.topics = {
+            topic: TopicSource(topic, service, partial(self._found, topic), max(1.0, speed))
+            for topic in TOPICS.values()
+        }
 
     async def run(self, since: int) -> None:
-        """Follow the source until cancelled; events are those numbered above `since`."""
-        self._loop = asyncio.get_running_loop()
+        """Follow the service until cancelled; events are those numbered above `since`."""
         async with asyncio.TaskGroup() as group:
             group.create_task(self._follow_states())
             group.create_task(self._follow_events(since))
-            group.create_task(self._follow_queue())
+            for source in self.topics.values():
+                group.create_task(source.run())
 
     def want(self) -> None:
         """Request the next state whose content differs from the current one; from any thread.
@@ -223,14 +196,8 @@ class StreamSource:
         self._told = None if state is None else content(state)
         self._wanted = True
 
-    def look_at_queue(self) -> None:
-        """Pass the queue on soon; from any thread."""
-        if self._loop is not None:
-            with suppress(RuntimeError):  # the stack's loop has ended
-                self._loop.call_soon_threadsafe(self._stirred.set)
-
     async def _follow_states(self) -> None:
-        async for state in self._source.watch():
+        async for state in self._service.watch():
             self.latest = state
             if self._wanted and content(state) != self._told:
                 self._wanted = False
@@ -239,22 +206,15 @@ class StreamSource:
                 self._flush_soon()
 
     async def _follow_events(self, since: int) -> None:
-        async for event in self._source.follow_events(since):
+        async for event in self._service.follow_events(since):
             self._events.append(event)
             self._flush_soon()
-            if isinstance(event, _STIRRING):
-                self._stirred.set()
+            for source in self.topics.values():
+                source.saw(event)
 
-    async def _follow_queue(self) -> None:
-        while True:
-            with suppress(TimeoutError):
-                async with asyncio.timeout(QUEUE_LOOK * self._speed if self.queue_wanted else None):
-                    await self._stirred.wait()
-            self._stirred.clear()
-            if self.queue_wanted:
-                self._queue = await self._view()
-                self._flush_soon()
-                await asyncio.sleep(QUEUE_PERIOD * self._speed)
+    def _found(self, topic: Topic, value: object) -> None:
+        self._values[topic] = value
+        self._flush_soon()
 
     def _flush_soon(self) -> None:
         """Pass data on at the end of this turn of the loop, together with further data of the same turn."""
@@ -264,8 +224,8 @@ class StreamSource:
 
     def _flush(self) -> None:
         self._flushing = False
-        batch = Batch(self._events, self._state, self._queue)
-        self._events, self._state, self._queue = [], None, None
+        batch = Batch(self._events, self._state, self._values)
+        self._events, self._state, self._values = [], None, {}
         with suppress(RuntimeError):  # the server's loop has ended
             self._hand_over(batch)
 
@@ -359,8 +319,8 @@ class StreamHub:
         self._tap: StreamSource | None = None
         self._paces: dict[float, RateGroup] = {}
         self._followers: set[StreamReader] = set()
-        self._watchers: set[StreamReader] = set()
-        self._queue: bytes | None = None
+        self._watchers: dict[Topic, set[StreamReader]] = {topic: set() for topic in TOPICS.values()}
+        self._shown: dict[Topic, bytes] = {}
         self._snapshot: tuple[State | None, StateFrame | None] = (None, None)
 
     def open(self, tap: StreamSource) -> None:
@@ -383,8 +343,8 @@ class StreamHub:
         if batch.state is not None:
             for pace in tuple(self._paces.values()):
                 pace.offer()
-        if batch.queue is not None:
-            self._show_queue(queue_frame(batch.queue))
+        for topic, value in batch.values.items():
+            self._show(topic, topic_frame(topic.name, value))
 
     def _further(self, reader: StreamReader) -> None:
         if reader.lost:
@@ -393,11 +353,11 @@ class StreamHub:
         else:
             reader.pump()
 
-    def _show_queue(self, frame: bytes) -> None:
-        if frame != self._queue:
-            self._queue = frame
-            for reader in self._watchers:
-                reader.show("queue", frame)
+    def _show(self, topic: Topic, frame: bytes) -> None:
+        if frame != self._shown.get(topic) and self._watchers[topic]:
+            self._shown[topic] = frame
+            for reader in self._watchers[topic]:
+                reader.show(topic.name, frame)
 
     def show_states(self, reader: StreamReader, rate: float | None) -> None:
         """Send states at `rate` [Hz]; with None, stop sending them."""
@@ -412,21 +372,22 @@ class StreamHub:
                 self._paces[rate] = RateGroup(rate, self._latest, self._want)
             self._paces[rate].join(reader)
 
-    def show_queue(self, reader: StreamReader, *, wanted: bool) -> None:
-        """Send the queue now and after each change, or stop sending it."""
-        if wanted:
-            self._watchers.add(reader)
-            if self._queue is not None:
-                reader.show("queue", self._queue)
-        else:
-            self._watchers.discard(reader)
-            reader.forget("queue")
+    def show(self, reader: StreamReader, topic: Topic, *, wanted: bool) -> None:
+        """Send a topic now and after each change, or stop sending it."""
         assert self._tap is not None
-        self._tap.queue_wanted = bool(self._watchers)
-        if not self._watchers:
-            self._queue = None
-        elif self._queue is None:
-            self._tap.look_at_queue()
+        watchers, source = self._watchers[topic], self._tap.topics[topic]
+        if wanted:
+            watchers.add(reader)
+            if topic in self._shown:
+                reader.show(topic.name, self._shown[topic])
+        else:
+            watchers.discard(reader)
+            reader.forget(topic.name)
+        source.wanted = bool(watchers)
+        if not watchers:
+            self._shown.pop(topic, None)
+        elif topic not in self._shown:
+            source.look()
 
     def send_events(self, reader: StreamReader) -> None:
         """Send a reader the events after the last one sent that the ring contains, then new ones as they occur."""
@@ -441,8 +402,9 @@ class StreamHub:
         """Stop sending anything to a reader."""
         self.stop_events(reader)
         self.show_states(reader, None)
-        if reader in self._watchers:
-            self.show_queue(reader, wanted=False)
+        for topic, watchers in self._watchers.items():
+            if reader in watchers:
+                self.show(reader, topic, wanted=False)
 
     def _latest(self) -> StateFrame | None:
         """Return the newest state, encoded once for all rates."""

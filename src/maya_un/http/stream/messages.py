@@ -26,6 +26,7 @@ from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 from maya_un.errors import InvalidRequest, MayaError
+from maya_un.http.stream.topics import TOPICS, Topic
 from maya_un.process.spec.json_object import decode_object
 from maya_un.schema.encoding import to_json
 from maya_un.schema.robot import EventMessage
@@ -161,7 +162,7 @@ SLOWEST, FASTEST = 0.1, 100.0
 
 _KEYS: dict[str, frozenset[str]] = {
     "hello": frozenset({"token", "protocol"}),
-    "subscribe": frozenset({"state", "events", "queue"}),
+    "subscribe": frozenset({"state", "events", *TOPICS}),
     "ping": frozenset(),
     "renew": frozenset({"lease", "bound"}),
     "request": frozenset({"method", "path", "body", "lease"}),
@@ -181,13 +182,13 @@ class ReplayStart:
 class StreamSubscription:
     """One `subscribe`: a missing key changes nothing (`named` lists the rest).
 
-    `rate` [Hz] is None without states, `past` is None without events.
+    `rate` [Hz] is None without states, `past` is None without events. `topics` are the wanted ones.
     """
 
     named: frozenset[str]
     rate: float | None = None
     past: ReplayStart | None = None
-    queue: bool = False
+    topics: frozenset[Topic] = frozenset()
 
 
 def decoded(text: str | bytes) -> dict[str, Any]:
@@ -208,11 +209,12 @@ def kind_of(message: Mapping[str, Any]) -> str:
 
 def subscription(message: Mapping[str, Any]) -> StreamSubscription:
     """Return the content of a `subscribe`; raises `InvalidRequest`."""
-    queue = message.get("queue", False)
-    if not isinstance(queue, bool):
-        raise InvalidRequest(key="queue", reason="it must be true or false")
     named = frozenset(message) & _KEYS["subscribe"]
-    return StreamSubscription(named, _rate(message.get("state")), _past(message.get("events")), queue)
+    for name in named & TOPICS.keys():
+        if not isinstance(message[name], bool):
+            raise InvalidRequest(key=name, reason="it must be true or false")
+    topics = frozenset(topic for name, topic in TOPICS.items() if message.get(name))
+    return StreamSubscription(named, _rate(message.get("state")), _past(message.get("events")), topics)
 
 
 def _rate(wanted: object) -> float | None:
@@ -269,9 +271,9 @@ def event_frame(run: int, event: EventMessage) -> bytes:
     return framed(b'{"type":"event","run":%d,"event":%b}' % (run, to_json(event)))
 
 
-def queue_frame(view: object) -> bytes:
-    """Return the frame of the queue."""
-    return framed(b'{"type":"queue","queue":%b}' % to_json(view))
+def topic_frame(name: str, value: object) -> bytes:
+    """Return the frame of a topic."""
+    return framed(b'{"type":"%b","%b":%b}' % (name.encode(), name.encode(), to_json(value)))
 
 
 def response_frame(status: int, content: bytes, about: Mapping[str, Any]) -> bytes:

@@ -1,4 +1,4 @@
-"""The websocket /v1/stream: states at a chosen rate, events without a gap, the queue."""
+"""The websocket /v1/stream: states at a chosen rate, events without a gap, topics, and requests."""
 
 from __future__ import annotations
 
@@ -101,13 +101,10 @@ class StreamServer:
         hub = StreamHub(run, EventRing(last, self._most_behind))
         loop = asyncio.get_running_loop()
 
-        async def view() -> object:
-            return service.queue.view()
-
         def hand_over(batch: Batch) -> None:
             loop.call_soon_threadsafe(self._take, hub, batch)
 
-        tap = StreamSource(service, view, hand_over, speed)
+        tap = StreamSource(service, hand_over, speed)
         hub.open(tap)
         self._tapping = loop.create_task(self._bridge.within(lambda: tap.run(last)), name="stream")
         self._tapping.add_done_callback(self._tapped)

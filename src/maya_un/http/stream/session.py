@@ -32,6 +32,7 @@ from maya_un.http.stream.messages import (
     subscription,
 )
 from maya_un.http.stream.requests import StreamRequests
+from maya_un.http.stream.topics import TOPICS
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.operations import Caller, Operation
 
@@ -234,8 +235,9 @@ class StreamSession:
         self._wire.write(plain_frame("subscribed", message, run=self._hub.run))
         if "state" in wanted.named:
             self._hub.show_states(self._reader, wanted.rate)
-        if "queue" in wanted.named:
-            self._hub.show_queue(self._reader, wanted=wanted.queue)
+        for name in wanted.named & TOPICS.keys():
+            topic = TOPICS[name]
+            self._hub.show(self._reader, topic, wanted=topic in wanted.topics)
         if "events" in wanted.named:
             self._send_events(past, restarted=wanted.past is not None and wanted.past.run not in {None, self._hub.run})
 

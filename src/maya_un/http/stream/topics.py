@@ -1,0 +1,85 @@
+"""Topics of the stream: values of which a reader gets the newest one, at once and after each change.
+
+A topic is declared once. The key of `subscribe`, the message, and the reference page follow from it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
+from maya_un.schema.jobs import QueueView
+from maya_un.service.service import Service
+
+PERIOD = 0.1
+"""Shortest period of reading a topic [s, real time]."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A value of the type `gives`, which `view` reads from the service in the stack's loop.
+
+    It is read after an event of the types in `after`, and while it has readers at least once in `look` [s, real time].
+    """
+
+    name: str
+    gives: Any
+    view: Callable[[Service], object]
+    after: tuple[type[Event], ...]
+    look: float
+
+
+QUEUE = Topic(
+    "queue",
+    QueueView,
+    lambda service: service.queue.view(),
+    (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged),
+    look=2.0,  # for updated predictions
+)
+
+TOPICS = {topic.name: topic for topic in (QUEUE,)}
+"""All topics by name."""
+
+
+class TopicSource:
+    """Reads a topic of `service` in the stack's loop while it has readers, and passes it to `found`.
+
+    `speed` is the speed of the loop's clock relative to real time. Any thread may set `wanted` and call `look`.
+    """
+
+    def __init__(self, topic: Topic, service: Service, found: Callable[[object], None], speed: float) -> None:
+        self._topic = topic
+        self._service = service
+        self._found = found
+        self._speed = speed
+        self._stirred = asyncio.Event()
+        self._stirred.set()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self.wanted = False
+
+    def look(self) -> None:
+        """Read the topic soon; from any thread."""
+        if self._loop is not None:
+            with suppress(RuntimeError):  # the stack's loop has ended
+                self._loop.call_soon_threadsafe(self._stirred.set)
+
+    def saw(self, event: Event) -> None:
+        """Read the topic soon if the event changes it."""
+        if isinstance(event, self._topic.after):
+            self._stirred.set()
+
+    async def run(self) -> None:
+        """Read the topic until cancelled."""
+        self._loop = asyncio.get_running_loop()
+        while True:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(self._topic.look * self._speed if self.wanted else None):
+                    await self._stirred.wait()
+            self._stirred.clear()
+            if self.wanted:
+                self._found(self._topic.view(self._service))
+                await asyncio.sleep(PERIOD * self._speed)
