@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from maya_un.config import Config
 from maya_un.kinematics import Mechanism, Workspace, hanging, tension
-from maya_un.plots.section import outline
+from maya_un.kinematics.outline import outline
 from maya_un.plots.style import (
     BOOM,
     GREY,

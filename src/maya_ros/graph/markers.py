@@ -25,6 +25,7 @@ from maya_ros.graph.urdf import BASE, GRIPPER, PART_RADIUS, LineDivision
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.kinematics.mechanism import Floats, Mechanism, tension
+from maya_un.kinematics.outline import outline
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
 from maya_un.motion.path import Path, Route, to_joints
@@ -139,36 +140,16 @@ EDGE = Colour(0.88, 0.95, 1.00, 0.60)
 ZONE = Colour(0.52, 0.20, 0.66, 0.35)
 
 PART_HEIGHT = 0.12
-_COLUMNS = 18
-_SCAN = 801
+_BEND = 0.2
+_STRIDE = 0.4
 _TURNS = 13
 _PIECE = 12
 _PLATE = 0.005
 
 
-def outline(workspace: Workspace) -> Floats:
-    """Return the boundary of the reachable vertical section as a closed polygon of (d, z) [m], shape (n, 2).
-
-    It ignores zones. The points are closer together at both ends, where the curvature is large. There is a point at
-    each corner where two stroke limits intersect.
-    """
-    section, mechanism = workspace.section, workspace.mechanism
-    scan = np.linspace(0.0, mechanism.width, _SCAN)
-    reached = [u for u in scan if section.depths(float(u)) is not None]
-    middle, half = 0.5 * (reached[0] + reached[-1]), 0.5 * (reached[-1] - reached[0])
-    meetings = [mechanism.section(Joints(0.0, b, c))[0] for b in workspace.line_b for c in workspace.line_c]
-    corners = [u for u in meetings if reached[0] < u < reached[-1]]
-    columns = np.sort([*(middle - half * np.cos(np.linspace(0.0, np.pi, _COLUMNS))), *corners])
-    found = [(u, *depths) for u, depths in ((u, section.depths(float(u))) for u in columns) if depths is not None]
-    u, low, high = np.array(found).T
-    d = mechanism.delta + np.concatenate((u, u[::-1], u[:1]))
-    z = mechanism.reach_down - np.concatenate((low, high[::-1], low[:1]))
-    return np.column_stack((d, z))
-
-
 def workspace_markers(workspace: Workspace) -> Iterator[Message]:
     """Yield the boundary of the workspace without zones: a translucent skin, and the edges at both ends of the boom."""
-    edge = outline(workspace)
+    edge = np.column_stack(outline(workspace, bend=_BEND, stride=_STRIDE))
     turns = [_turned(edge, angle) for angle in np.linspace(*workspace.boom, _TURNS)]
     skin = [corner for one, other in pairwise(turns) for corner in _band(one, other)]
     yield marker("workspace", MarkerShape.TRIANGLES, SKIN, (1.0, 1.0, 1.0), points=skin)

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 
 from maya_un.config import Config, Units
 from maya_un.kinematics import Floats, Mechanism, Workspace
+from maya_un.kinematics.outline import outline
 from maya_un.kinematics.zones import clearances
 from maya_un.plots import plan
-from maya_un.plots.section import outline
 from maya_un.plots.style import (
     BOOM,
     GREY,

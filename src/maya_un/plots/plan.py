@@ -10,35 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Arc, FancyArrowPatch, Wedge
 
 from maya_un.kinematics import Workspace
+from maya_un.kinematics.outline import rings
 from maya_un.plots import overlays
 from maya_un.plots.overlays import MarkedTarget, make_room
 from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, REACHABLE, quiet_grid
 
-_COLUMNS = 801
 _GRID = 0.015
 _ROOM = 0.3
 _ARROW, _ARC = 0.18, 0.27
-
-
-def rings(workspace: Workspace, height: float) -> list[tuple[float, float]]:
-    """Return the ranges of the distance d from axis a [m] that are reachable at a `height` z [m], without zones."""
-    mechanism, section = workspace.mechanism, workspace.section
-    h = mechanism.reach_down - height
-    found: list[tuple[float, float]] = []
-    begun: float | None = None
-    last = 0.0
-    for u in np.linspace(0.0, mechanism.width, _COLUMNS):
-        depths = section.depths(float(u))
-        inside = depths is not None and depths[0] <= h <= depths[1]
-        if inside:
-            begun = float(u) if begun is None else begun
-            last = float(u)
-        elif begun is not None:
-            found.append((begun, last))
-            begun = None
-    if begun is not None:
-        found.append((begun, last))
-    return [(mechanism.delta + start, mechanism.delta + end) for start, end in found]
 
 
 def draw_plan(

@@ -13,47 +13,17 @@ from math import cos, degrees, hypot, sin
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Arc, Polygon, Rectangle
-from numpy.typing import NDArray
 
 from maya_un.kinematics import Floats, Workspace
+from maya_un.kinematics.outline import outline
 from maya_un.plots import overlays
 from maya_un.plots.overlays import MarkedTarget, make_room
 from maya_un.plots.style import FORBIDDEN, GREY, INK, LINE_B, LINE_C, PALE, REACHABLE, quiet_grid
-from maya_un.values import Joints
 
 TENSIONS = (1.0, 1.5, 2.0, 3.0, 5.0)
 """Multiples of the load whose curves are drawn."""
 
-_COLUMNS = 2001
-_BEND = 0.03
-_STRIDE = 0.1
 _GRID = 0.02
-
-
-def outline(workspace: Workspace) -> tuple[Floats, Floats]:
-    """Return the edge of the reachable section, without zones, as a closed polygon (d, z), each (n,) [m]."""
-    section, mechanism = workspace.section, workspace.mechanism
-    ends = [mechanism.section(Joints(0.0, b, c))[0] for b in workspace.line_b for c in workspace.line_c]
-    inner = [u for u in ends if 0.0 < u < mechanism.width]
-    columns = [
-        (u, section.depths(float(u))) for u in np.sort(np.append(np.linspace(0.0, mechanism.width, _COLUMNS), inner))
-    ]
-    u, low, high = np.array([(u, *depths) for u, depths in columns if depths is not None]).T
-    d = mechanism.delta + np.concatenate((u, u[::-1], u[:1]))
-    z = mechanism.reach_down - np.concatenate((low, high[::-1], low[:1]))
-    kept = _worth_drawing(d, z)
-    return d[kept], z[kept]
-
-
-def _worth_drawing(d: Floats, z: Floats) -> NDArray[np.intp]:
-    """Return the indices of outline points to keep: one per `_BEND` of turning and one per `_STRIDE` of way."""
-    along = np.append(0.0, np.cumsum(np.hypot(np.diff(d), np.diff(z))))
-    turns = np.abs(np.diff(np.unwrap(np.arctan2(np.diff(z), np.diff(d)))))
-    turned = np.concatenate(([0.0], np.cumsum(turns), [0.0]))
-    turned[-1] = turned[-2]
-    fresh = (np.diff(np.floor(turned / _BEND)) > 0.0) | (np.diff(np.floor(along / _STRIDE)) > 0.0)
-    fresh[-1] = True
-    return np.flatnonzero(np.append(True, fresh))
 
 
 def manual_margin(workspace: Workspace, u: Floats, z: Floats) -> Floats:

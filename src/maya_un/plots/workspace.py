@@ -11,9 +11,10 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from maya_un.kinematics import Workspace
+from maya_un.kinematics.outline import outline
 from maya_un.plots.overlays import MarkedTarget, draw_in_space, zone_key
 from maya_un.plots.plan import draw_plan
-from maya_un.plots.section import draw_section, outline
+from maya_un.plots.section import draw_section
 from maya_un.plots.style import GREY, INK, LINE_B, LINE_C, blank, house_style
 from maya_un.values import Point
 

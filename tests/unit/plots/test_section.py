@@ -10,53 +10,12 @@ import pytest
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.plots.overlays import MarkedTarget
-from maya_un.plots.section import draw_section, manual_margin, outline
+from maya_un.plots.section import draw_section, manual_margin
 from maya_un.plots.style import blank, house_style
 from maya_un.values import Point
+from tests.unit.kinematics.manual_grid import STEP, U, Z, manuals_grid
 
 WORKSPACE = Workspace.of(Config())
-STEP = 0.0025
-U = np.arange(0.5 * STEP, 2.0, STEP)
-Z = np.arange(0.5 * STEP, 2.35, STEP)
-
-
-def shoelace(x: np.ndarray, y: np.ndarray) -> float:
-    return abs(float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))) / 2.0
-
-
-def manuals_grid() -> tuple[np.ndarray, np.ndarray]:
-    """Return which places of a grid have lines within their strokes, and the greater tension there [loads]."""
-    u, z = np.meshgrid(U, Z)
-    h = 2.15 - z
-    b, c = np.hypot(u, h), np.hypot(2.0 - u, h)
-    accepted = (b >= 0.575) & (b <= 2.26) & (c >= 0.565) & (c <= 2.3)
-    tension = np.where(h > 0.0, np.maximum((2.0 - u) * b, u * c) / (2.0 * np.abs(h)), np.inf)
-    return accepted, tension
-
-
-def test_outline_encloses_the_area_of_the_manuals_formulas_and_the_tension() -> None:
-    d, z = outline(WORKSPACE)
-    accepted, tension = manuals_grid()
-    counted = np.count_nonzero(accepted & (tension <= 5.0)) * STEP * STEP
-    assert shoelace(d, z) == pytest.approx(counted, rel=1e-3)
-
-
-def test_the_outline_is_closed_and_has_the_known_ends() -> None:
-    d, z = outline(WORKSPACE)
-    assert (d[0], z[0]) == (d[-1], z[-1])
-    # Both lines fully out: u = (4 + 2.26² − 2.3²)/4 = 0.9544, h = √(2.26² − u²) = 2.04859.
-    lowest = np.argmin(z)
-    assert (d[lowest], z[lowest]) == pytest.approx((1.2544, 0.101410), abs=1e-6)
-    assert z.max() == pytest.approx(2.07, abs=2e-3)
-    assert (d.min(), d.max()) == pytest.approx((0.3, 2.3))
-
-
-def test_every_place_just_inside_the_outline_is_reachable() -> None:
-    d, z = outline(WORKSPACE)
-    middle = np.array([1.3, 1.3])
-    for place in np.column_stack((d, z)):
-        at, up = place + 1e-6 * (middle - place)
-        assert WORKSPACE.why_not(Point(0.0, float(at), float(up))) is None
 
 
 def test_the_manuals_listing_accepts_the_known_area_above_the_anchors() -> None:

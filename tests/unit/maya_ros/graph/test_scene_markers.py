@@ -13,7 +13,6 @@ from maya_ros.graph import types
 from maya_ros.graph.markers import (
     PART_HEIGHT,
     MarkerShape,
-    outline,
     part_markers,
     way_markers,
     way_of,
@@ -22,11 +21,11 @@ from maya_ros.graph.markers import (
 )
 from maya_ros.graph.protocol import Message
 from maya_un.config import Config
-from maya_un.kinematics import Mechanism, Workspace
+from maya_un.kinematics import Mechanism
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace
 from maya_un.motion import Path
 from maya_un.values import Joints, Point
-from tests.strategies import WORKSPACE, configuration, reachable_joints
+from tests.strategies import WORKSPACE, reachable_joints
 
 MECHANISM = Mechanism.of(Config())
 
@@ -40,29 +39,6 @@ def checked(markers: list[Message]) -> list[Message]:
 
 def places(marker: Message) -> np.ndarray:
     return np.array([[point[axis] for axis in "xyz"] for point in marker["points"]])
-
-
-@pytest.mark.parametrize(
-    "workspace",
-    [WORKSPACE, Workspace.of(configuration(safety={"tension_limit": 1.5}))],
-    ids=["the manual's", "light tension"],
-)
-def test_outline_is_the_edge_of_the_workspace(workspace: Workspace) -> None:
-    edge = outline(workspace)
-    assert edge[0] == pytest.approx(edge[-1])
-    boom = 0.5 * sum(workspace.boom)
-    middle = edge[:-1].mean(axis=0)
-    for share, inside in ((0.999, True), (1.002, False)):
-        d, z = (middle + share * (edge - middle)).T
-        points = np.column_stack((d * np.sin(boom), d * np.cos(boom), z))
-        found = workspace.reachable_many(points)
-        assert found.mean() > 0.9 if inside else found.mean() < 0.2
-
-
-def test_the_outline_has_the_size_of_the_section() -> None:
-    d, z = outline(WORKSPACE).T
-    size = 0.5 * abs(np.sum(d[:-1] * z[1:] - d[1:] * z[:-1]))
-    assert size == pytest.approx(WORKSPACE.section.area(), rel=0.02)
 
 
 def test_the_skin_of_the_workspace_is_made_of_triangles_between_both_ends_of_the_boom() -> None:
