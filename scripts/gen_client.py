@@ -133,16 +133,17 @@ def _quoted(text: str) -> str:
 def _type(hint: Any) -> str:
     """Return the source of a type, without what only checks values."""
     origin, inner = get_origin(hint), get_args(hint)
+    choices = inner if origin is Literal else tuple(hint) if _is_enum(hint) else ()
     if hasattr(hint, "__metadata__"):
         return _type(hint.__origin__)
-    if origin is Literal:
-        return f"Literal[{', '.join(_literal(one) for one in inner)}]"
+    if choices:
+        return f"Literal[{', '.join(_literal(one) for one in choices)}]"
     if origin in {Union, UnionType}:
         return " | ".join(_type(one) for one in inner)
     if origin is list:
         return "Sequence[str]" if _is_enum(inner[0]) else f"Sequence[{_type(inner[0])}]"
-    if _is_enum(hint):
-        return f"Literal[{', '.join(_literal(one) for one in hint)}]"
+    if origin is tuple:
+        return f"tuple[{', '.join(_type(one) for one in inner)}]"
     return "None" if hint is NoneType else hint.__name__
 
 

@@ -15,6 +15,8 @@ class RobotMethods:
     status = Verb(requests.status)
     config = Verb(requests.config)
     reach = Verb(requests.reach)
+    reach_many = Verb(requests.reach_many)
+    workspace = Verb(requests.workspace)
     fk = Verb(requests.fk)
     ik = Verb(requests.ik)
     report = Verb(requests.report)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from maya_un.schema.bodies import Speed
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
     from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
-    from maya_un.schema.previews import JobInspection, JobPreview, Reach
+    from maya_un.schema.previews import JobInspection, JobPreview, Reach, Reachability, WorkspaceShape
     from maya_un.schema.robot import EventMessage, Health, HeldJog, Jogged, Kept, Readiness, Status, Table
     from maya_un.values import Joints, Point, StopReport
 
@@ -77,6 +77,21 @@ def config() -> Request[Config]:
 def reach(x: float, y: float, z: float) -> Request[Reach]:
     """Check whether a point [m] is reachable. If it is not, return the reason and the nearest reachable point."""
     return Request("GET", "/v1/reach", Answer("maya_un.schema.previews", "Reach"), query={"x": x, "y": y, "z": z})
+
+
+def reach_many(points: Sequence[tuple[float, float, float]]) -> Request[Reachability]:
+    """Check whether each of up to 500 points [m] is reachable."""
+    return Request("POST", "/v1/reach", Answer("maya_un.schema.previews", "Reachability"), body={"points": points})
+
+
+def workspace(z: float | None = None) -> Request[WorkspaceShape]:
+    """Return the shape of the workspace without zones, with its rings at the height `z` if it is given.
+
+    The shape changes when the robot is homed, because homing measures the strokes of the axes.
+    """
+    return Request(
+        "GET", "/v1/workspace", Answer("maya_un.schema.previews", "WorkspaceShape"), query=changed({"z": (z, None)})
+    )
 
 
 def fk(a: float, b: float, c: float) -> Request[Point]:

@@ -24,6 +24,9 @@ Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full 
 Distance = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="rad or m", allow_inf_nan=False)]
 
 
+Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="m", allow_inf_nan=False)]
+
+
 Password = Annotated[str, Field(max_length=256, json_schema_extra={"format": "password"})]
 
 
@@ -93,6 +96,14 @@ def kind_of_jog(body: Mapping[str, Any]) -> type:
     if "hold" not in body:
         return JogBy
     return JogRelease if body["hold"] is False else JogHold
+
+
+@dataclass(frozen=True, slots=True)
+class Points:
+    """Up to 500 points [x, y, z] [m]."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    points: Annotated[list[tuple[Coordinate, Coordinate, Coordinate]], Field(max_length=500)]
 
 
 @dataclass(frozen=True, slots=True)

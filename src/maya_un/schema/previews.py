@@ -139,3 +139,38 @@ class Reach:
     margins: tuple[Distance, ...] = ()
     tensions: tuple[float, float] | None = None
     broken: tuple[Broken, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reachability:
+    """Whether each of several points is reachable, in their order."""
+
+    reachable: tuple[bool, ...]
+
+
+class Range(NamedTuple):
+    """A range, from `least` to `greatest`."""
+
+    least: float
+    greatest: float
+
+
+class SectionPoint(NamedTuple):
+    """A point of the vertical section: distance `d` from axis a, height `z` [m]."""
+
+    d: float
+    z: float
+
+
+@dataclass(frozen=True, slots=True)
+class WorkspaceShape:
+    """The shape of the workspace, without zones.
+
+    It is the section inside the closed `outline`, turned about axis a through the range of the `boom` [rad]. At the
+    height `z` [m], if it was asked for, the gripper reaches the `rings`: ranges of the distance from axis a [m].
+    """
+
+    boom: Range
+    outline: tuple[SectionPoint, ...]
+    z: float | None = None
+    rings: tuple[Range, ...] = ()

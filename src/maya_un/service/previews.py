@@ -6,7 +6,7 @@ the bytes pass through this process. The worker serves all callers in turn.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import Any, TypeVar
 
 from maya_un.config import Config
@@ -18,9 +18,9 @@ from maya_un.process import computation
 from maya_un.process.computation import JobComputer
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.encoding import to_json
-from maya_un.schema.previews import Reach
+from maya_un.schema.previews import Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import LOCAL, Caller
-from maya_un.service.reachability import reach_of
+from maya_un.service.reachability import reach_of, reachability_of, shape_of
 from maya_un.values import Joints, Point
 from maya_un.workers import Work, Workers
 
@@ -84,6 +84,14 @@ class PreviewService:
         """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
         return await self._asked(by, reach, point)
 
+    async def reach_many(self, points: Sequence[Point], by: Caller = LOCAL) -> Reachability:
+        """Return whether each of the `points` [m] is reachable."""
+        return await self._asked(by, reach_many, points)
+
+    async def shape(self, z: float | None = None, by: Caller = LOCAL) -> WorkspaceShape:
+        """Return the shape of the workspace, with its rings at a height `z` [m]."""
+        return await self._asked(by, shape, z)
+
     async def fk(self, joints: Joints, by: Caller = LOCAL) -> Point:
         """Return the gripper point of joints (rad, m, m)."""
         return await self._asked(by, fk, joints)
@@ -135,6 +143,18 @@ def reach(workspace: Workspace, point: Point) -> Generator[None, None, Reach]:
     """Return the reachability of a point."""
     yield
     return reach_of(workspace, point)
+
+
+def reach_many(workspace: Workspace, points: Sequence[Point]) -> Generator[None, None, Reachability]:
+    """Return the reachability of several points."""
+    yield
+    return reachability_of(workspace, points)
+
+
+def shape(workspace: Workspace, z: float | None) -> Generator[None, None, WorkspaceShape]:
+    """Return the shape of a workspace."""
+    yield
+    return shape_of(workspace, z)
 
 
 def fk(workspace: Workspace, joints: Joints) -> Generator[None, None, Point]:

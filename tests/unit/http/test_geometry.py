@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
 import pytest
 
 from maya_un.config import Config
@@ -42,3 +44,37 @@ async def test_constants_include_the_zones_of_this_run() -> None:
         found = Config.model_validate_json((await client.get("/v1/config")).content)
         assert [zone.name for zone in found.zones] == ["crate"]
         assert found.model_copy(update={"zones": ()}) == Config()
+
+
+async def test_many_points_are_answered_as_one_by_one() -> None:
+    points = [[0.1 * x, 0.1 * y, 0.4] for x in range(-10, 20) for y in range(10)]
+    async with http_client() as (_, client):
+        await client.put("/v1/zones/crate", json=CRATE)
+        found = (await client.post("/v1/reach", json={"points": points})).json()["reachable"]
+        assert {True, False} == set(found)
+        for point, reachable in list(zip(points, found, strict=True))[::7]:
+            one = await client.get("/v1/reach", params=dict(zip("xyz", point, strict=True)))
+            assert one.json()["reachable"] is reachable
+        assert (await client.post("/v1/reach", json={"points": []})).json() == {"reachable": []}
+
+
+@pytest.mark.parametrize(
+    "points", [[[0.0, 0.0]], [[0.0, 0.0, 1e5]], [[0.0, 0.0, "a"]], [[0.0] * 3] * 501, {"x": 1}, None]
+)
+async def test_invalid_points_are_refused(points: object) -> None:
+    async with http_client() as (_, client):
+        answer = await client.post("/v1/reach", json={"points": points})
+        assert (answer.status_code, answer.json()["code"]) in {(422, 4001), (400, 4005)}
+
+
+async def test_shape_encloses_what_is_reachable() -> None:
+    async with http_client() as (_, client):
+        shape = (await client.get("/v1/workspace?z=0.4")).json()
+        assert shape["outline"][0] == shape["outline"][-1]
+        ((near, far),) = shape["rings"]
+        angle = 0.5 * sum(shape["boom"])
+        distances = [near - 0.01, near + 0.01, far - 0.01, far + 0.01]
+        points = [[d * sin(angle), d * cos(angle), 0.4] for d in distances]
+        found = (await client.post("/v1/reach", json={"points": points})).json()["reachable"]
+        assert found == [False, True, True, False]
+        assert (await client.get("/v1/workspace")).json() == {**shape, "z": None, "rings": []}

@@ -26,9 +26,9 @@ from maya_un.http.exchange import answer, sent, sent_as_written
 from maya_un.http.openapi import GRID, ZONE
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
-from maya_un.schema.bodies import Forgotten, Name, Removed
+from maya_un.schema.bodies import Forgotten, Name, Points, Removed
 from maya_un.schema.jobs import PalletInfo, TaughtPose
-from maya_un.schema.previews import Reach
+from maya_un.schema.previews import Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import Operation
 from maya_un.service.places import TeachingService
 from maya_un.service.service import Service
@@ -37,7 +37,12 @@ from maya_un.values import FARTHEST, Joints, Point
 _WORKSPACE = "looking"
 
 Length = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="m")]
+Height = Annotated[
+    float | None, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="height of the rings [m]")
+]
 Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="rad")]
+
+PointsBody = Annotated[Points, sent(Points)]
 
 
 def add_geometry(routes: Routes) -> None:
@@ -52,6 +57,28 @@ def add_geometry(routes: Routes) -> None:
     async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:
         """Check whether a point [m] is reachable. If it is not, return the reason and the nearest reachable point."""
         return answer(await ask.unless_left(lambda service: service.previews.reach(Point(x, y, z), ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/reach",
+        Operation.READ,
+        tag=_WORKSPACE,
+        gives=Reachability,
+        examples={"a corner of the table, and its middle": {"points": [[0.1, 0.4, 0.4], [0.6, 1.0, 0.4]]}},
+        client="reach_many",
+    )
+    async def reach_many(ask: Ask, body: PointsBody) -> Response:
+        """Check whether each of up to 500 points [m] is reachable."""
+        points = [Point(*point) for point in body.points]
+        return answer(await ask.unless_left(lambda service: service.previews.reach_many(points, ask.caller)))
+
+    @routes.add("GET", "/v1/workspace", Operation.READ, tag=_WORKSPACE, gives=WorkspaceShape, client="workspace")
+    async def workspace(ask: Ask, z: Height = None) -> Response:
+        """Return the shape of the workspace without zones, with its rings at the height `z` if it is given.
+
+        The shape changes when the robot is homed, because homing measures the strokes of the axes.
+        """
+        return answer(await ask.unless_left(lambda service: service.previews.shape(z, ask.caller)))
 
     @routes.add("GET", "/v1/fk", Operation.READ, tag=_WORKSPACE, gives=Point, refuses=(Unreachable,), client="fk")
     async def fk(ask: Ask, a: Angle, b: Length, c: Length) -> Response:
