@@ -21,6 +21,8 @@ class RobotMethods:
     ik = Verb(requests.ik)
     report = Verb(requests.report)
     cancel = Verb(requests.cancel)
+    parse = Verb(requests.parse)
+    format = Verb(requests.format_job)
     pause = Verb(requests.pause)
     resume = Verb(requests.resume)
     speed = Verb(requests.speed)

@@ -16,7 +16,15 @@ if TYPE_CHECKING:
     from maya_un.schema.bodies import Speed
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
     from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
-    from maya_un.schema.previews import JobInspection, JobPreview, Reach, Reachability, WorkspaceShape
+    from maya_un.schema.previews import (
+        JobInspection,
+        JobPreview,
+        JobText,
+        ParsedJob,
+        Reach,
+        Reachability,
+        WorkspaceShape,
+    )
     from maya_un.schema.robot import EventMessage, Health, HeldJog, Jogged, Kept, Readiness, Status, Table
     from maya_un.values import Joints, Point, StopReport
 
@@ -209,6 +217,19 @@ def inspect(job: object, *, samples: int = 200) -> Request[JobInspection]:
         body=job,
         timeout=120.0,
     )
+
+
+def parse(text: object) -> Request[ParsedJob]:
+    """Parse the text of a job (YAML).
+
+    Return the job as JSON, or the first mistake with its line and column.
+    """
+    return Request("POST", "/v1/jobs/parse", Answer("maya_un.schema.previews", "ParsedJob"), body=text)
+
+
+def format_job(job: object) -> Request[JobText]:
+    """Return a job as YAML text."""
+    return Request("POST", "/v1/jobs/format", Answer("maya_un.schema.previews", "JobText"), body=job)
 
 
 def task(

@@ -16,7 +16,7 @@ from maya_un.http.connections import Rights
 from maya_un.http.exchange import on_validation_error
 from maya_un.http.metrics import Metrics
 from maya_un.http.middleware import OriginPolicy, RequestGuard
-from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks
+from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks, add_texts
 from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
 from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add_zones
 from maya_un.http.routes.queue import add_ordering, add_queue, add_recovery
@@ -59,6 +59,7 @@ def all_routes() -> Routes:
     add_geometry(routes)
     add_jobs(routes)
     add_previews(routes)
+    add_texts(routes)
     add_tasks(routes)
     add_queue(routes)
     add_recovery(routes)

@@ -33,6 +33,7 @@ from maya_un.http.errors import status_of, title_of
 from maya_un.http.exchange import RawBody
 from maya_un.http.middleware import UNLIMITED
 from maya_un.http.routing import RouteRule
+from maya_un.process.computation import MOST_TEXT
 from maya_un.process.journal.protocol import JobOptions
 from maya_un.process.spec.job import BARE, COMMANDS, Grid, Job
 from maya_un.robot.primitives import PRIMITIVES
@@ -128,6 +129,16 @@ def _job() -> dict[str, Any]:
 
 JOB = _job()
 """Schema of a job."""
+
+TEXT: dict[str, Any] = {
+    "title": "JobTextRequest",
+    "description": "The text of a job in YAML.",
+    "type": "object",
+    "properties": {"text": {"type": "string", "maxLength": MOST_TEXT}},
+    "required": ["text"],
+    "additionalProperties": False,
+}
+"""Schema of the text of a job."""
 
 
 def _changes() -> dict[str, Any]:

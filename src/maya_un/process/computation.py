@@ -11,14 +11,23 @@ from __future__ import annotations
 
 import asyncio
 import pickle
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from functools import lru_cache
 from math import inf
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from maya_un.config import Config, Units
 from maya_un.controller.protocol import Closest, Controller, Inspection
-from maya_un.errors import MayaError, RequestError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
+from maya_un.errors import (
+    InvalidJob,
+    InvalidRequest,
+    MayaError,
+    RequestError,
+    TakesTooLong,
+    TooLarge,
+    TooMuchAsked,
+    WorkerFailed,
+)
 from maya_un.kinematics.workspace import Workspace
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.json_object import decode_object
@@ -37,9 +46,23 @@ from maya_un.process.spec.tasks import (
 from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot, on_paper
-from maya_un.schema.previews import Band, JobInspection, JobPreview, Nearest, Refusal, Samples, StepPreview
+from maya_un.schema.previews import (
+    Band,
+    JobInspection,
+    JobMistake,
+    JobPreview,
+    JobText,
+    Nearest,
+    ParsedJob,
+    Refusal,
+    Samples,
+    StepPreview,
+)
 from maya_un.values import Notice, Point
 from maya_un.workers import Work, WorkerSet
+
+MOST_TEXT = 65_536
+"""Longest text of a job that is parsed for a caller [characters]; a thousand steps have about half of it."""
 
 
 class JobOutlook(NamedTuple):
@@ -218,6 +241,37 @@ def decoded(body: bytes) -> Generator[None, None, dict[str, Any]]:
     """Return a JSON object; raises as `decode_object` does."""
     yield
     return decode_object(body)
+
+
+def read_text(request: bytes | Mapping[str, Any]) -> Generator[Any, None, ParsedJob]:
+    """Return the job in the `text` of a request, or its first mistake; raises `InvalidRequest`."""
+    from maya_un.process.spec.documents import TextMistake, read_yaml  # noqa: PLC0415 - loads yaml
+
+    body = decode_object(request) if isinstance(request, bytes) else request
+    text = body.get("text")
+    if not isinstance(text, str) or body.keys() != {"text"} or len(text) > MOST_TEXT:
+        raise InvalidRequest(
+            key="text", reason=f"the body is an object with a `text` of at most {MOST_TEXT} characters"
+        )
+    found = yield from read_yaml(text)
+    if isinstance(found, TextMistake):
+        return ParsedJob(None, JobMistake(*found.place, "", found.reason))
+    try:
+        Job.parse(found.data)
+    except InvalidJob as error:
+        key = str(error.details["key"])
+        return ParsedJob(None, JobMistake(*found.place(key), key, str(error.details["reason"])))
+    return ParsedJob(found.data)
+
+
+def write_text(job: object) -> Generator[Any, None, JobText]:
+    """Return a job as YAML; raises `InvalidJob`, `InvalidRequest`."""
+    from maya_un.process.spec.documents import write_yaml  # noqa: PLC0415 - loads yaml
+
+    yield
+    data = decode_object(job) if isinstance(job, bytes) else job
+    Job.parse(data)
+    return JobText(write_yaml(data))
 
 
 def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, None, WrittenJob]:

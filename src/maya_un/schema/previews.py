@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from maya_un.values import Joints, Notice, Point
 
@@ -174,3 +174,28 @@ class WorkspaceShape:
     outline: tuple[SectionPoint, ...]
     z: float | None = None
     rings: tuple[Range, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JobMistake:
+    """A mistake in the text of a job: its `line` and `column`, counted from 1, and its `key` ("" if it is no YAML)."""
+
+    line: int
+    column: int
+    key: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ParsedJob:
+    """The job in a text, as plain data; None if the text has a `mistake`."""
+
+    job: dict[str, Any] | None
+    mistake: JobMistake | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class JobText:
+    """The text of a job in YAML."""
+
+    text: str

@@ -6,7 +6,7 @@ the bytes pass through this process. The worker serves all callers in turn.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from maya_un.config import Config
@@ -18,7 +18,7 @@ from maya_un.process import computation
 from maya_un.process.computation import JobComputer
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.encoding import to_json
-from maya_un.schema.previews import Reach, Reachability, WorkspaceShape
+from maya_un.schema.previews import JobText, ParsedJob, Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import LOCAL, Caller
 from maya_un.service.reachability import reach_of, reachability_of, shape_of
 from maya_un.values import Joints, Point
@@ -80,6 +80,14 @@ class PreviewService:
             return computation.decode_object(body)
         return (await self._workers.run(computation.decoded, body, whose=f"read {whose}")).value
 
+    async def parse(self, request: bytes | Mapping[str, Any], by: Caller = LOCAL) -> ParsedJob:
+        """Return the job in the `text` of a request, or its first mistake; raises `InvalidRequest`."""
+        return await self._computed(by, computation.read_text, request)
+
+    async def format(self, job: object, by: Caller = LOCAL) -> JobText:
+        """Return a job as YAML; raises `InvalidJob`, `InvalidRequest`."""
+        return await self._computed(by, computation.write_text, job)
+
     async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
         """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
         return await self._asked(by, reach, point)
@@ -107,10 +115,12 @@ class PreviewService:
         return b"".join(answer.parts)
 
     async def _asked(self, by: Caller, work: Work[..., T], *args: object) -> T:
-        workspace = self._controller.workspace
+        return await self._computed(by, work, self._controller.workspace, *args)
+
+    async def _computed(self, by: Caller, work: Work[..., T], *args: object) -> T:
         if self._workers is not None:
-            return (await self._workers.run(work, workspace, *args, whose=_whose(by))).value
-        here = work(workspace, *args)
+            return (await self._workers.run(work, *args, whose=_whose(by))).value
+        here = work(*args)
         while True:
             try:
                 next(here)

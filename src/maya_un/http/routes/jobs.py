@@ -20,12 +20,12 @@ from maya_un.errors import (
     WorkerFailed,
 )
 from maya_un.http.exchange import MOST, JobNumber, answer, as_json, sent_as_written, sent_long
-from maya_un.http.openapi import JOB, TASK
+from maya_un.http.openapi import JOB, TASK, TEXT
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, LONGEST_MOTION, Routes
 from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, TaskState
-from maya_un.schema.previews import JobInspection, JobPreview
+from maya_un.schema.previews import JobInspection, JobPreview, JobText, ParsedJob
 from maya_un.service.access.operations import Operation
 from maya_un.service.previews import MOST_SAMPLES
 
@@ -79,6 +79,7 @@ Which = Annotated[Filter, Depends(_filter)]
 _TAG = "jobs"
 
 JobBody = Annotated[dict[str, Any] | bytes, sent_long(JOB)]
+TextBody = Annotated[dict[str, Any] | bytes, sent_long(TEXT)]
 TaskBody = Annotated[dict[str, Any], sent_as_written(TASK)]
 
 _JOBS = {
@@ -212,6 +213,41 @@ def add_previews(routes: Routes) -> None:
         """
         told = ask.unless_left(lambda service: service.previews.inspect(job, samples=samples, by=ask.caller))
         return as_json(await told)
+
+
+def add_texts(routes: Routes) -> None:
+    """Add the routes that translate a job between YAML and JSON."""
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/parse",
+        Operation.PREVIEW,
+        tag=_TAG,
+        gives=ParsedJob,
+        refuses=_WORKED_OUT,
+        examples={"a job in YAML": {"text": "steps:\n  - pick: [0.5, 1.1]\n"}},
+        client="parse",
+    )
+    async def parse(ask: Ask, text: TextBody) -> Response:
+        """Parse the text of a job (YAML).
+
+        Return the job as JSON, or the first mistake with its line and column.
+        """
+        return answer(await ask.unless_left(lambda service: service.previews.parse(text, ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/jobs/format",
+        Operation.PREVIEW,
+        tag=_TAG,
+        gives=JobText,
+        refuses=(InvalidJob, *_WORKED_OUT),
+        examples=_JOBS,
+        client="format",
+    )
+    async def format_job(ask: Ask, job: JobBody) -> Response:
+        """Return a job as YAML text."""
+        return answer(await ask.unless_left(lambda service: service.previews.format(job, ask.caller)))
 
 
 def add_tasks(routes: Routes) -> None:

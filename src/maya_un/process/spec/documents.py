@@ -1,13 +1,15 @@
-"""Read documents that users write: YAML or JSON files. Nothing is executed, and nothing is silently dropped."""
+"""Read documents that users write: YAML or JSON. Nothing is executed, and nothing is silently dropped."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Hashable
+from collections.abc import Generator, Hashable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
+from yaml.composer import ComposerError
+from yaml.constructor import ConstructorError
 
 from maya_un.errors import FileUnreadable
 
@@ -22,11 +24,7 @@ def read_document(path: Path) -> Any:
     """
     text = _text(path)
     try:
-        return (
-            json.loads(text, object_pairs_hook=_unique_yaml_keys)
-            if path.suffix == ".json"
-            else yaml.load(text, _Loader)
-        )
+        return json.loads(text, object_pairs_hook=_unique_keys) if path.suffix == ".json" else yaml.load(text, _Loader)
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         raise FileUnreadable(path=path, reason=_first_line(error)) from error
 
@@ -44,31 +42,144 @@ def _text(path: Path) -> str:
         raise FileUnreadable(path=path, reason="it is not UTF-8 text") from error
 
 
-def _unique_yaml_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
-    """Return pairs as a dict; raises `ValueError` for a key that occurs twice, or is no text or number."""
+def _unique_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
+    """Return pairs as a dict; raises `ValueError` for a key that occurs twice."""
     once: dict[Any, Any] = {}
     for key, value in pairs:
-        if not isinstance(key, Hashable):
-            raise ValueError(f"a key must be a text, not {key!r}")  # noqa: TRY004 - a parse error like the others
-        if key in once:
-            raise ValueError(f"the key {key!r} stands twice")
-        once[key] = value
+        _add(once, key, value)
     return once
+
+
+def _add(once: dict[Any, Any], key: object, value: object) -> None:
+    """Add a pair; raises `ValueError` for a key that `once` has, or that is no text or number."""
+    if not isinstance(key, Hashable):
+        raise ValueError(f"a key must be a text, not {key!r}")  # noqa: TRY004 - a parse error like the others
+    if key in once:
+        raise ValueError(f"the key {key!r} stands twice")
+    once[key] = value
 
 
 class _Loader(yaml.SafeLoader):
     """Safe YAML, in which a repeated key and an alias are errors."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        def made(part: yaml.Node) -> Any:
-            return self.construct_object(part, deep=True)
-
-        return _unique_yaml_keys([(made(key), made(value)) for key, value in node.value])
+        once: dict[Hashable, Any] = {}
+        for key, value in node.value:
+            try:
+                _add(once, self.construct_object(key, deep=True), self.construct_object(value, deep=True))
+            except ValueError as error:
+                raise ConstructorError(None, None, str(error), key.start_mark) from error
+        return once
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("aliases (*name) are not accepted")
+            raise ComposerError(None, None, "aliases (*name) are not accepted", self.peek_event().start_mark)
         return super().compose_node(parent, index)
+
+
+class TextPlace(NamedTuple):
+    """A place in a text: its line and column, counted from 1."""
+
+    line: int
+    column: int
+
+    @classmethod
+    def of(cls, mark: yaml.Mark) -> TextPlace:
+        """Return the place of a mark of the YAML parser."""
+        return cls(mark.line + 1, mark.column + 1)
+
+
+class TextMistake(NamedTuple):
+    """Why a text is not YAML, and where."""
+
+    place: TextPlace
+    reason: str
+
+
+class YamlText:
+    """The data of a YAML text, and the places of its parts."""
+
+    def __init__(self, data: Any, root: yaml.Node | None) -> None:
+        self.data = data
+        self._root = root
+
+    def place(self, key: str) -> TextPlace:
+        """Return the place of the part with a dotted key, like `steps.2.pick`; of the nearest part around it."""
+        node = self._root
+        at = TextPlace(1, 1) if node is None else TextPlace.of(node.start_mark)
+        for part in key.split("."):
+            found = _child(node, part)
+            if found is None:
+                break
+            mark, node = found
+            at = TextPlace.of(mark)
+        return at
+
+
+def _child(node: yaml.Node | None, part: str) -> tuple[yaml.Mark, yaml.Node] | None:
+    """Return the mark and the value of an entry: of a mapping at its key, of a list at its value."""
+    if isinstance(node, yaml.MappingNode):
+        return next(((key.start_mark, value) for key, value in node.value if key.value == part), None)
+    if isinstance(node, yaml.SequenceNode) and part.isdecimal() and int(part) < len(node.value):
+        value = node.value[int(part)]
+        return value.start_mark, value
+    return None
+
+
+_EVENTS = 200
+
+
+def read_yaml(text: str) -> Generator[None, None, YamlText | TextMistake]:
+    """Return what a YAML text contains, or its first mistake; for a worker, since this takes a second for 100 kB."""
+    try:
+        events = _Loader(text)
+        parsed: list[yaml.Event] = []
+        while events.check_event():
+            parsed.append(events.get_event())
+            if len(parsed) % _EVENTS == 0:
+                yield
+        loader = _Replay(parsed)
+        root = loader.get_single_node()
+        yield
+        return YamlText(None if root is None else loader.construct_document(root), root)
+    except (ValueError, yaml.YAMLError, RecursionError) as error:
+        mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+        place = TextPlace(1, 1) if mark is None else TextPlace.of(mark)
+        return TextMistake(place, getattr(error, "problem", None) or _first_line(error))
+
+
+class _Replay(_Loader):
+    """Loads a document from parsed events."""
+
+    def __init__(self, events: list[yaml.Event]) -> None:
+        super().__init__("")
+        self._events = events
+        self._next = 0
+
+    def check_event(self, *choices: type[yaml.Event]) -> bool:
+        if self._next >= len(self._events):
+            return False
+        return not choices or isinstance(self._events[self._next], choices)
+
+    def peek_event(self) -> yaml.Event:
+        return self._events[self._next]
+
+    def get_event(self) -> yaml.Event:
+        self._next += 1
+        return self._events[self._next - 1]
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes lists of plain values on one line, and everything else in blocks."""
+
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> yaml.SequenceNode:
+        plain = all(not isinstance(one, dict | list | tuple | str) for one in sequence)
+        return super().represent_sequence(tag, sequence, flow_style=plain)
+
+
+def write_yaml(data: Any) -> str:
+    """Return plain data as YAML, in the order of its keys."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, default_flow_style=False, width=120)
 
 
 def _first_line(error: Exception) -> str:

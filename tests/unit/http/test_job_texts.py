@@ -1,0 +1,82 @@
+"""Jobs as text over HTTP: parsed with the place of the first mistake, and written in the form of the examples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maya_un.process.computation import MOST_TEXT
+from maya_un.process.spec.documents import write_yaml
+from maya_un.process.spec.job import Job
+from tests.unit.http.test_teaching import http_client
+
+EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.yaml"))
+EXAMPLES_IDS = [path.stem for path in EXAMPLES]
+
+
+@pytest.mark.parametrize("text", [path.read_text(encoding="utf-8") for path in EXAMPLES], ids=EXAMPLES_IDS)
+async def test_example_is_parsed_and_written_again(text: str) -> None:
+    async with http_client() as (_, client):
+        parsed = (await client.post("/v1/jobs/parse", json={"text": text})).json()
+        assert parsed == {"job": yaml.safe_load(text), "mistake": None}
+        written = (await client.post("/v1/jobs/format", json=parsed["job"])).json()["text"]
+        again = (await client.post("/v1/jobs/parse", json={"text": written})).json()
+        assert again == parsed
+
+
+@pytest.mark.parametrize(
+    ("text", "mistake"),
+    [
+        ("steps: [home", (1, 13, "", "expected ',' or ']'")),
+        ("steps:\n  - home\nsteps:\n  - home\n", (3, 1, "", "the key 'steps' stands twice")),
+        ("parts: &a {}\nsteps: *a\n", (2, 8, "", "aliases (*name) are not accepted")),
+        (
+            "name: x\nsteps:\n  - home\n  - pick: 7\n",
+            (4, 5, "steps.1.pick", "it must be [x, y] or [x, y, z] in metres"),
+        ),
+        ("name: x\nsteps:\n  - fly\n", (3, 5, "steps.0", "a step is one of")),
+        ("steps:\n  - home\nspeed: 3\n", (3, 1, "speed", "there is no such key")),
+        ("name: x\n", (1, 1, "steps", "it is missing")),
+        ("", (1, 1, "job", "it must be a mapping")),
+        ("- home\n", (1, 1, "job", "it must be a mapping")),
+        ("x: !!python/object/apply:os.getcwd []\n", (1, 4, "", "could not determine a constructor")),
+        ("[" * 5000 + "]" * 5000, (1, 1, "", "it is nested too deeply")),
+    ],
+)
+async def test_mistake_has_its_place(text: str, mistake: tuple[int, int, str, str]) -> None:
+    async with http_client() as (_, client):
+        answer = (await client.post("/v1/jobs/parse", json={"text": text})).json()
+    assert answer["job"] is None
+    found = answer["mistake"]
+    *place, reason = mistake
+    assert [found["line"], found["column"], found["key"]] == place
+    assert reason in found["reason"]
+
+
+@pytest.mark.parametrize("body", [{}, {"text": 3}, {"text": "a", "more": 1}, {"text": "x" * (MOST_TEXT + 1)}])
+async def test_invalid_request_is_refused(body: dict[str, Any]) -> None:
+    async with http_client() as (_, client):
+        answer = await client.post("/v1/jobs/parse", json=body)
+        assert (answer.status_code, answer.json()["details"]["key"]) == (400, "text")
+        assert (await client.post("/v1/jobs/format", json={"steps": ["fly"]})).json()["code"] == 4002
+
+
+NAMES = st.text(min_size=1, max_size=12).filter(str.isprintable)
+LENGTHS = st.floats(-10.0, 10.0, allow_nan=False)
+JOBS = st.fixed_dictionaries(
+    {
+        "name": NAMES,
+        "steps": st.lists(st.just("home") | st.fixed_dictionaries({"pick": NAMES}), min_size=1, max_size=5),
+    },
+    optional={"parts": st.dictionaries(NAMES, st.lists(LENGTHS, min_size=2, max_size=3), max_size=3)},
+)
+
+
+@given(JOBS)
+def test_written_job_is_the_same_job(job: dict[str, Any]) -> None:
+    assert Job.parse(yaml.safe_load(write_yaml(job))) == Job.parse(job)
