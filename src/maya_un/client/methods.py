@@ -90,6 +90,7 @@ class UsersMethods:
     """Users and their tokens."""
 
     me = Verb(requests.me)
+    can = Verb(requests.can)
     sign_in = Verb(requests.sign_in)
     sign_out = Verb(requests.sign_out)
     all = Verb(requests.users)

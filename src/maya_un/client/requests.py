@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from maya_un.config.model import AnyZone, Config, ZoneConfig
     from maya_un.schema.bodies import Speed
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
-    from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
+    from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
     from maya_un.schema.previews import (
         JobInspection,
         JobPreview,
@@ -594,6 +594,14 @@ def remove_zone(name: str) -> Request[None]:
 def me() -> Request[Me]:
     """Return the caller: name, role, token and source."""
     return Request("GET", "/v1/me", Answer("maya_un.schema.people", "Me"))
+
+
+def can() -> Request[Permissions]:
+    """Return which actions the caller may do now, and why not the others.
+
+    It is a forecast: every action checks again when it begins.
+    """
+    return Request("GET", "/v1/me/can", Answer("maya_un.schema.people", "Permissions"))
 
 
 def sign_in(name: str, password: str) -> Request[NewToken]:

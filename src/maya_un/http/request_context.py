@@ -11,6 +11,7 @@ from fastapi import Depends, Request
 from maya_un.errors import Cancelled, InvalidRequest, MayaError
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, caller_of
+from maya_un.http.errors import language_of
 from maya_un.http.routing import RouteRule, rule_of
 from maya_un.service.access.operations import Caller, Operation, allowed, require
 from maya_un.service.service import Service
@@ -29,6 +30,11 @@ class RequestContext:
         self._operations = operations
         self._subject = subject
         self.caller = caller
+
+    @property
+    def language(self) -> str:
+        """The language that the client prefers."""
+        return language_of(self._request.headers)
 
     async def __call__(self, work: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
         """Return the result of `work`.

@@ -209,6 +209,16 @@ class ControlLease:
             raise LeaseNeeded
         raise self._held(holder)
 
+    def require_drive(self, lease: str, name: str, *, implicit: bool) -> None:
+        """Raise the error with which a command of `name` under `lease` would be refused; nothing changes.
+
+        An `implicit` user needs no lease. Raises `LeaseNeeded`, `LeaseHeld`, `LeaseLost`.
+        """
+        if lease or not implicit:
+            self.require(lease, name)
+        else:
+            self._require_free(name)
+
     @contextmanager
     def driving(self, name: str, source: str, lease: str = "", *, direct: bool = False) -> Iterator[LeaseUse]:
         """Drive for the length of the block: a job of `name`, a command under `lease`, or a `direct` one.
@@ -249,11 +259,15 @@ class ControlLease:
 
     def _join(self, name: str, source: str) -> None:
         """Begin to drive without a lease, or under the lease that `name` holds; raises `LeaseHeld`."""
+        self._require_free(name)
+        holder = self._holder
+        if holder is None or holder.name != name:
+            self._become(LeaseHolder(name, source, self._now(), implicit=True), "taken")
+
+    def _require_free(self, name: str) -> None:
         holder = self._holder
         if holder is not None and not self.may_begin(name):
             raise self._held(holder)
-        if holder is None or holder.name != name:
-            self._become(LeaseHolder(name, source, self._now(), implicit=True), "taken")
 
     def _settle(self) -> None:
         """Show the owner of an activity without a lease as the driver, and for `LINGER` after the last has ended."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from maya_un.values import Notice
+
 RoleName = Literal["viewer", "student", "operator", "admin"]
 
 LONGEST = 12 * 3600.0
@@ -104,3 +106,10 @@ class AuditLine:
     operation: str
     code: int
     detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Permissions:
+    """The actions of a user by name: null if the caller may do it now, else the code and the reason of the refusal."""
+
+    actions: dict[str, Notice | None]

@@ -33,6 +33,7 @@ from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
 from maya_un.schema.robot import HeldJog, Jogged, Status
+from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
@@ -142,7 +143,7 @@ class Service:
         It moves as far as the workspace allows, decelerates before the border, and returns the distance; with `clip`
         false, a longer distance is refused. Raises `Busy` while a job runs, and the errors of a motion.
         """
-        self._require_no_job()
+        self.require_free()
         return await self._controller.jog(axis, distance, speed=speed, clip=clip)
 
     async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> HeldJog:
@@ -151,7 +152,7 @@ class Service:
         On a twin with a faster clock, this period is in real time. A `press` that has ended moves nothing any more.
         Raises as `jog` does.
         """
-        self._require_no_job()
+        self.require_free()
         return await self._held.hold(axis, direction, speed, press)
 
     async def jog_release(self, press: str | None = None) -> None:
@@ -219,6 +220,20 @@ class Service:
         `take_over` takes the controller from another program that owns it; otherwise this raises `ControllerOwned`.
         """
         await self._controller.recover(take_over=take_over)
+
+    @property
+    def state(self) -> State:
+        """The latest state of the machine."""
+        return self._controller.state
+
+    @property
+    def running(self) -> int | None:
+        """The number of the running job, None without one."""
+        return self._process.running
+
+    def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
+        """Return for each action of a user the error that would refuse it now, None if it is allowed."""
+        return permissions.refusals(self, self.entrance.lease, by)
 
     async def status(self) -> Status:
         """Return the current status."""
@@ -296,19 +311,20 @@ class Service:
         A zone that contains the robot is accepted; then no motion is allowed before it is removed. Raises
         `InvalidRequest` with an invalid key, and `Busy` while a job runs or the robot moves.
         """
-        self._require_no_job()
+        self.require_free()
         return put_zone(self._controller, zone)
 
     async def remove_zone(self, name: str) -> None:
         """Remove a keep-out zone for this run; raises `NotFound` and `Busy`."""
-        self._require_no_job()
+        self.require_free()
         drop_zone(self._controller, name)
 
     def config(self) -> Config:
         """Return all constants of the machine."""
         return self._config
 
-    def _require_no_job(self) -> None:
+    def require_free(self) -> None:
+        """Raise `Busy` while a job or a direct command runs."""
         if self._process.running is not None:
             raise Busy(doing=f"job {self._process.running}")
         self.direct.require_free()

@@ -23,8 +23,10 @@ from maya_un.http.exchange import answer, sent
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
 from maya_un.schema.bodies import Offering, Removed, SigningIn, Taking, TokenRequest, UserChange, UserRequest
-from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
+from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
 from maya_un.service.access.operations import Operation
+from maya_un.service.service import Service
+from maya_un.values import Notice
 
 _TAG = "lease"
 _OWN_LEASE = (LeaseLost, LeaseNeeded, LeaseHeld)
@@ -116,6 +118,19 @@ def add_sessions(routes: Routes) -> None:
     async def me(ask: Ask) -> Response:
         """Return the caller: name, role, token and source."""
         return answer(await ask(lambda service: service.users.me(ask.caller)))
+
+    @routes.add("GET", "/v1/me/can", Operation.READ, tag=_ME, gives=Permissions, client="users.can")
+    async def can(ask: Ask) -> Response:
+        """Return which actions the caller may do now, and why not the others.
+
+        It is a forecast: every action checks again when it begins.
+        """
+
+        async def found(service: Service) -> Permissions:
+            refused = service.refusals(ask.caller).items()
+            return Permissions({name: one and Notice(one.code, one.text(ask.language)) for name, one in refused})
+
+        return answer(await ask(found))
 
     @routes.add(
         "POST",
