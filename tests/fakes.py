@@ -85,6 +85,10 @@ class FakeController:
         """Nothing to tell."""
         return None
 
+    @property
+    def run(self) -> None:
+        """Nothing to tell."""
+
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time a path as the real controller does."""
         self.previews += 1

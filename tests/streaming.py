@@ -74,7 +74,8 @@ class Watched:
         self.log = EventLog(lambda: asyncio.get_running_loop().time())
         self.latest = StateBroadcaster(REST)
         self.shown: dict[str, Any] = {"mode": "running"}
-        self.views = 0
+        self.views = self.looks = 0
+        self.move: object = None
         self.forgotten = 0
         self.entrance = AccessControl.alone(self.log)
         self.lease = LeaseService(self.entrance, lambda: None)
@@ -84,6 +85,10 @@ class Watched:
     def service(self) -> Service:
         """It, as the service that it stands in for."""
         return cast("Service", self)
+
+    def motion(self) -> None:
+        """Return the motion under way: there is none."""
+        self.looks += 1
 
     @property
     def queue(self) -> Watched:

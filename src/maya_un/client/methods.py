@@ -13,6 +13,7 @@ class RobotMethods:
     """The robot itself."""
 
     status = Verb(requests.status)
+    motion = Verb(requests.motion)
     config = Verb(requests.config)
     reach = Verb(requests.reach)
     reach_many = Verb(requests.reach_many)

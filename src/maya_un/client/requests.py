@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         Reachability,
         WorkspaceShape,
     )
-    from maya_un.schema.robot import EventMessage, Health, HeldJog, Jogged, Kept, Readiness, Status, Table
+    from maya_un.schema.robot import EventMessage, Health, HeldJog, Jogged, Kept, MotionView, Readiness, Status, Table
     from maya_un.values import Joints, Point, StopReport
 
 
@@ -55,6 +55,11 @@ def openapi() -> Request[dict[str, Any]]:
 def status() -> Request[Status]:
     """Return the present state: the machine, the running motion, the queue."""
     return Request("GET", "/v1/status", Answer("maya_un.schema.robot", "Status"))
+
+
+def motion() -> Request[MotionView]:
+    """Return the path of the motion under way."""
+    return Request("GET", "/v1/motion", Answer("maya_un.schema.robot", "MotionView"))
 
 
 def events(

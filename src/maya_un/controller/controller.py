@@ -15,7 +15,7 @@ from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun
 from maya_un.controller.monitor import SETTLED, Monitor, erase, leave, noted
 from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning
-from maya_un.controller.protocol import Inspection, OnVia, Preview, require_output
+from maya_un.controller.protocol import Inspection, MotionRun, OnVia, Preview, require_output
 from maya_un.controller.registers import Dial
 from maya_un.controller.seek import Seeker
 from maya_un.controller.stopping import MotionStopper
@@ -142,6 +142,11 @@ class GalilController:
     def progress(self) -> Progress | None:
         """How far the motion under way has come, None at rest."""
         return self._monitor.progress()
+
+    @property
+    def run(self) -> MotionRun | None:
+        """The motion under way, None at rest and in a homing."""
+        return self._monitor.run
 
     def tap(self, listener: Callable[[str, bytes], None]) -> None:
         """Pass every byte on the wire to `listener` ("tx" or "rx") from now on.

@@ -273,6 +273,11 @@ class Controller(Protocol):
         """How far the motion under way has come, None at rest."""
         ...
 
+    @property
+    def run(self) -> MotionRun | None:
+        """The motion under way; None at rest, in a homing, and where another process carries motions out."""
+        ...
+
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check `path` (joints in rad, m, m) as a motion would and return its preview; sends nothing."""
         ...

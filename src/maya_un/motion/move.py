@@ -366,7 +366,7 @@ class CoordinatedMove:
 
     def position_at(self, t: float) -> Joints:
         """Return the position of the axes at time `t` [s] after the start (rad, m, m)."""
-        return self._joints(self.profile.at(t)[0])
+        return self.position_after(self.profile.at(t)[0])
 
     def nearest_way(self, place: Floats, first: float, last: float) -> float:
         """Return the way from `first` to `last` along the path [counts] that is nearest to `place` (3,) [counts].
@@ -401,9 +401,10 @@ class CoordinatedMove:
     def stop_at(self, t: float) -> tuple[float, Joints]:
         """Return the duration of a stop commanded at time `t` [s], and where on the path it ends (rad, m, m)."""
         way, speed = self.profile.at(t)
-        return speed / self.vd, self._joints(min(self.profile.length, way + self.stop_distance(speed)))
+        return speed / self.vd, self.position_after(min(self.profile.length, way + self.stop_distance(speed)))
 
-    def _joints(self, way: float) -> Joints:
+    def position_after(self, way: float) -> Joints:
+        """Return the position of the axes after a `way` along the path [counts] (rad, m, m)."""
         index = bisect_right(self.ways, way)
         if index >= len(self.segments):
             return self.units.to_joints(self.end)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from maya_un.schema.jobs import JobLine, QueueMode
-from maya_un.values import Notice, Point, Progress, State
+from maya_un.values import Joints, Notice, Point, Progress, State
 
 if TYPE_CHECKING:
     from maya_un.events import Event
@@ -64,6 +64,29 @@ class Jogged:
     distance: float
     limit: str = ""
     reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PathPoint:
+    """A point of a path: its `time` from the start of the motion [s], the `joints` and the gripper `point` there.
+
+    `time` is None if a pause prevents it.
+    """
+
+    time: float | None
+    joints: Joints
+    point: Point
+
+
+@dataclass(frozen=True, slots=True)
+class MotionView:
+    """The path of the motion under way, which began at loop time `began` [s]; times hold for the present speed.
+
+    `path` is empty at rest, in a homing, and where another process carries motions out.
+    """
+
+    began: float | None = None
+    path: tuple[PathPoint, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

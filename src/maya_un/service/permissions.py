@@ -6,27 +6,43 @@ A client shows with it which of its buttons work. The answer is a forecast: the 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple, Protocol
 
 from maya_un.errors import CannotPause, Faulted, MayaError, NotConnected, NothingToRecover, NotHomed, NotPaused
 from maya_un.process.lease import ControlLease
 from maya_un.service.access.operations import RULES, Caller, Operation, allowed, require
-from maya_un.values import Mode
+from maya_un.values import Mode, State
 
-if TYPE_CHECKING:
-    from maya_un.service.service import Service
 
-Check = Callable[["Service"], None]
+class CheckedService(Protocol):
+    """The part of the service that the checks read."""
+
+    @property
+    def state(self) -> State:
+        """The latest state of the machine."""
+        ...
+
+    @property
+    def running(self) -> int | None:
+        """The number of the running job, None without one."""
+        ...
+
+    def require_free(self) -> None:
+        """Raise `Busy` while a job or a direct command runs."""
+        ...
+
+
+Check = Callable[[CheckedService], None]
 """Raises the error with which the state of the robot prevents an action."""
 
 
-def connected(service: Service) -> None:
+def connected(service: CheckedService) -> None:
     """Raise `NotConnected` without a controller."""
     if service.state.mode is Mode.DISCONNECTED:
         raise NotConnected
 
 
-def healthy(service: Service) -> None:
+def healthy(service: CheckedService) -> None:
     """Raise `NotConnected` or `Faulted` if no motion is possible."""
     connected(service)
     fault = service.state.fault
@@ -34,18 +50,18 @@ def healthy(service: Service) -> None:
         raise Faulted(fault=fault.message)
 
 
-def homed(service: Service) -> None:
+def homed(service: CheckedService) -> None:
     """Raise `NotHomed` before homing."""
     if not service.state.homed:
         raise NotHomed
 
 
-def free(service: Service) -> None:
+def free(service: CheckedService) -> None:
     """Raise `Busy` while a job or a direct command runs."""
     service.require_free()
 
 
-def pausable(service: Service) -> None:
+def pausable(service: CheckedService) -> None:
     """Raise `CannotPause` if nothing can be paused."""
     mode = service.state.mode
     if mode is Mode.HOMING:
@@ -56,13 +72,13 @@ def pausable(service: Service) -> None:
         raise CannotPause(reason="nothing moves")
 
 
-def paused(service: Service) -> None:
+def paused(service: CheckedService) -> None:
     """Raise `NotPaused` if no motion is on hold."""
     if service.state.mode is not Mode.PAUSED:
         raise NotPaused
 
 
-def faulted(service: Service) -> None:
+def faulted(service: CheckedService) -> None:
     """Raise `NothingToRecover` without a fault."""
     if service.state.fault is None:
         raise NothingToRecover
@@ -101,12 +117,12 @@ ACTIONS: dict[str, UserAction] = {
 """The actions of a user by name."""
 
 
-def refusals(service: Service, lease: ControlLease, caller: Caller) -> dict[str, MayaError | None]:
+def refusals(service: CheckedService, lease: ControlLease, caller: Caller) -> dict[str, MayaError | None]:
     """Return for each action the error with which it would be refused to `caller` now, None if it is allowed."""
     return {name: _refusal(service, lease, caller, action) for name, action in ACTIONS.items()}
 
 
-def _refusal(service: Service, lease: ControlLease, caller: Caller, action: UserAction) -> MayaError | None:
+def _refusal(service: CheckedService, lease: ControlLease, caller: Caller, action: UserAction) -> MayaError | None:
     of = action.operations
     operation = next((one for one in of if allowed(caller.role, one)), of[-1])
     try:

@@ -20,6 +20,7 @@ from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Cancelled, InternalError, LeaseLost, MayaError, Stopped
 from maya_un.events import Event
+from maya_un.motion.move import CoordinatedMove
 from maya_un.process.journal.protocol import JobOptions, RequestOwner
 from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
@@ -37,6 +38,7 @@ from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
+from maya_un.service.motion import MotionSnapshot
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
 from maya_un.service.previews import PreviewService, require_samples
@@ -230,6 +232,17 @@ class Service:
     def running(self) -> int | None:
         """The number of the running job, None without one."""
         return self._process.running
+
+    @property
+    def move(self) -> CoordinatedMove | None:
+        """The move under way; every change of its speed makes another one."""
+        run = self._controller.run
+        return None if run is None else run.move
+
+    def motion(self) -> MotionSnapshot | None:
+        """Return the motion under way, None at rest, in a homing, and where another process carries motions out."""
+        run = self._controller.run
+        return None if run is None else MotionSnapshot(run.move, run.began, self._controller.mechanism)
 
     def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""

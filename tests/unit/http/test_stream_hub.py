@@ -11,7 +11,7 @@ import pytest
 
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.http.stream.hub import HEARTBEAT, Batch, EventRing, StreamHub, StreamReader, StreamSource
-from maya_un.http.stream.topics import PERIOD, QUEUE
+from maya_un.http.stream.topics import MOTION, PERIOD, QUEUE
 from tests.streaming import Watched
 from tests.unit.http.frames import messages
 from tests.virtual_time import elapse
@@ -357,6 +357,23 @@ async def test_one_that_left_gets_nothing_any_more() -> None:
         here.watched.happen(3, event=QueueChanged("paused", "stop", "ana"))
         await elapse(60.0)
         assert len(ear.writes) == before
+
+
+async def test_motion_is_shown_when_another_move_is_under_way() -> None:
+    async with scene() as here:
+        ear, reader = here.reader()
+        here.hub.show(reader, MOTION, wanted=True)
+        await elapse(1.0)
+        nothing = {"type": "motion", "motion": {"began": None, "path": []}}
+        assert ear.heard == [nothing]
+        here.watched.count()
+        await elapse(1.0)
+        assert here.watched.looks == 1
+        here.watched.move = object()
+        here.watched.count()
+        await elapse(1.0)
+        assert here.watched.looks == 2
+        assert ear.heard == [nothing]  # the same is not sent again
 
 
 async def test_a_tap_of_a_service_that_fails_ends_with_its_error() -> None:

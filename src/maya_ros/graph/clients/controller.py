@@ -222,6 +222,10 @@ class GraphController:
         """Progress of the motion that this client started, None if none is under way."""
         return self._watch.progress
 
+    @property
+    def run(self) -> None:
+        """Nothing: the motion under way is another node's."""
+
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time `path` as the layer does; raises what the motion would raise, sends nothing."""
         return self._planner.preview(self.workspace, path, speed)

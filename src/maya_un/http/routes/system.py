@@ -35,8 +35,9 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
-from maya_un.schema.robot import EventMessage, Health, Kept, Readiness, Status, Table
+from maya_un.schema.robot import EventMessage, Health, Kept, MotionView, Readiness, Status, Table
 from maya_un.service.access.operations import Operation
+from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
 from maya_un.service.service import Service
 from maya_un.values import Mode, Notice
@@ -98,6 +99,16 @@ def add_reading(routes: Routes) -> None:
     async def status(ask: Ask) -> Response:
         """Return the present state: the machine, the running motion, the queue."""
         return answer(await ask(lambda service: service.status()))
+
+    @routes.add("GET", "/v1/motion", Operation.READ, tag=_STATUS, gives=MotionView, client="motion")
+    async def motion(ask: Ask) -> Response:
+        """Return the path of the motion under way."""
+
+        async def found(service: Service) -> MotionSnapshot | None:
+            return service.motion()
+
+        snapshot = await ask(found)
+        return answer(MotionView() if snapshot is None else snapshot.view())
 
     @routes.add("GET", "/v1/events", Operation.READ, tag=_STATUS, gives=list[EventMessage], refuses=(EventsForgotten,))
     async def events(

@@ -199,6 +199,8 @@ class StreamSource:
     async def _follow_states(self) -> None:
         async for state in self._service.watch():
             self.latest = state
+            for source in self.topics.values():
+                source.saw_state()
             if self._wanted and content(state) != self._told:
                 self._wanted = False
                 self._told = content(state)
@@ -344,7 +346,7 @@ class StreamHub:
             for pace in tuple(self._paces.values()):
                 pace.offer()
         for topic, value in batch.values.items():
-            self._show(topic, topic_frame(topic.name, value))
+            self._show(topic, topic_frame(topic.name, topic.shown(value)))
 
     def _further(self, reader: StreamReader) -> None:
         if reader.lost:

@@ -13,6 +13,8 @@ from typing import Any
 
 from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.schema.jobs import QueueView
+from maya_un.schema.robot import MotionView
+from maya_un.service.motion import MotionSnapshot
 from maya_un.service.service import Service
 
 PERIOD = 0.1
@@ -21,27 +23,44 @@ PERIOD = 0.1
 
 @dataclass(frozen=True)
 class Topic:
-    """A value of the type `gives`, which `view` reads from the service in the stack's loop.
+    """A value of the type `gives`: `view` reads it from the service in the stack's loop.
 
-    It is read after an event of the types in `after`, and while it has readers at least once in `look` [s, real time].
+    While it has readers, it is read after an event of the types in `after`, after a state with which `source` returns
+    another object, and at least once in `look` [s, real time]. `shown` makes the message in the server's loop.
     """
 
     name: str
     gives: Any
-    view: Callable[[Service], object]
-    after: tuple[type[Event], ...]
+    view: Callable[[Service], Any]
     look: float
+    after: tuple[type[Event], ...] = ()
+    source: Callable[[Service], object] = lambda service: None
+    shown: Callable[[Any], object] = lambda value: value
 
 
 QUEUE = Topic(
     "queue",
     QueueView,
     lambda service: service.queue.view(),
-    (JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged),
     look=2.0,  # for updated predictions
+    after=(JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged),
 )
 
-TOPICS = {topic.name: topic for topic in (QUEUE,)}
+
+def _motion(snapshot: MotionSnapshot | None) -> MotionView:
+    return MotionView() if snapshot is None else snapshot.view()
+
+
+MOTION = Topic(
+    "motion",
+    MotionView,
+    lambda service: service.motion(),
+    look=10.0,
+    source=lambda service: service.move,
+    shown=_motion,
+)
+
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION)}
 """All topics by name."""
 
 
@@ -59,6 +78,7 @@ class TopicSource:
         self._stirred = asyncio.Event()
         self._stirred.set()
         self._loop: asyncio.AbstractEventLoop | None = None
+        self._origin: object = None
         self.wanted = False
 
     def look(self) -> None:
@@ -70,6 +90,13 @@ class TopicSource:
     def saw(self, event: Event) -> None:
         """Read the topic soon if the event changes it."""
         if isinstance(event, self._topic.after):
+            self._stirred.set()
+
+    def saw_state(self) -> None:
+        """Read the topic soon if its source is another object than after the state before."""
+        origin = self._topic.source(self._service)
+        if origin is not self._origin:
+            self._origin = origin
             self._stirred.set()
 
     async def run(self) -> None:
