@@ -16,7 +16,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion import Path, Route
-from maya_un.schema.robot import Jogged
+from maya_un.schema.robot import Jogged, LinkView
 from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
 from tests.virtual_time import elapse
 
@@ -84,6 +84,10 @@ class FakeController:
     def progress(self) -> Progress | None:
         """Nothing to tell."""
         return None
+
+    def link(self, speed: float) -> LinkView:
+        """Return whether the controller is connected; the quality of the link is known to its node alone."""
+        return LinkView(self.state.mode is not Mode.DISCONNECTED)
 
     @property
     def run(self) -> None:

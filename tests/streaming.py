@@ -24,7 +24,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.stream.hub import MOST_EVENTS
 from maya_un.http.stream.server import add_stream
 from maya_un.http.thread import bound_socket, served
-from maya_un.schema.robot import EventMessage
+from maya_un.schema.robot import EventMessage, LinkView
 from maya_un.service.access.control import AccessControl
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.service import Gate, Service
@@ -89,6 +89,10 @@ class Watched:
     def motion(self) -> None:
         """Return the motion under way: there is none."""
         self.looks += 1
+
+    def link(self) -> LinkView:
+        """Return the quality of the link."""
+        return LinkView(up=True)
 
     @property
     def queue(self) -> Watched:

@@ -25,7 +25,18 @@ if TYPE_CHECKING:
         Reachability,
         WorkspaceShape,
     )
-    from maya_un.schema.robot import EventMessage, Health, HeldJog, Jogged, Kept, MotionView, Readiness, Status, Table
+    from maya_un.schema.robot import (
+        EventMessage,
+        Health,
+        HeldJog,
+        Jogged,
+        Kept,
+        LinkView,
+        MotionView,
+        Readiness,
+        Status,
+        Table,
+    )
     from maya_un.values import Joints, Point, StopReport
 
 
@@ -60,6 +71,11 @@ def status() -> Request[Status]:
 def motion() -> Request[MotionView]:
     """Return the path of the motion under way."""
     return Request("GET", "/v1/motion", Answer("maya_un.schema.robot", "MotionView"))
+
+
+def link() -> Request[LinkView]:
+    """Return the quality of the link to the controller."""
+    return Request("GET", "/v1/link", Answer("maya_un.schema.robot", "LinkView"))
 
 
 def events(

@@ -50,7 +50,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
-from maya_un.schema.robot import Jogged
+from maya_un.schema.robot import Jogged, LinkView
 from maya_un.values import AXES, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
@@ -142,6 +142,10 @@ class GalilController:
     def progress(self) -> Progress | None:
         """How far the motion under way has come, None at rest."""
         return self._monitor.progress()
+
+    def link(self, speed: float) -> LinkView:
+        """Return the quality of the link, in real time; the loop's clock runs at `speed` times real time."""
+        return self._monitor.quality.view(self._loop.time(), speed, up=self._monitor.link.up)
 
     @property
     def run(self) -> MotionRun | None:

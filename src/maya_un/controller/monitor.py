@@ -28,6 +28,7 @@ from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import state_builder
 from maya_un.controller.command_slot import ExclusiveSlot
+from maya_un.controller.link_quality import LinkQuality
 from maya_un.controller.protocol import MotionPace, MotionRun
 from maya_un.controller.registers import Dial, DriverLink, Registers, Torque
 from maya_un.controller.state_builder import ControllerStatus, StateBuilder
@@ -287,6 +288,7 @@ class Monitor:
         self.displaced: MachineError | None = None
         self.slot = ExclusiveSlot()
         self.link = DriverLink(dial, address, config.controller.timeout, self._on_lost, self._on_back)
+        self.quality = LinkQuality()
         self.pace = MotionPace()
         self.run: MotionRun | None = None
         self.phase: tuple[str, float] | None = None
@@ -349,7 +351,9 @@ class Monitor:
 
     async def look(self) -> DataRecord:
         """Read the record, renew the state, and return the record."""
+        asked = self._loop.time()
         self.record = await self.link.driver.record()
+        self.quality.replied(asked, self._loop.time())
         self._reckon(self.record)
         self.publish()
         return self.record
@@ -486,6 +490,7 @@ class Monitor:
         if self._down:
             return
         self._down = True
+        self.quality.lost()
         if self.under_way:
             self.reckoning.forget()  # the guard stops the axes at unknown positions
         self.registers.forget()

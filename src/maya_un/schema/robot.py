@@ -90,6 +90,23 @@ class MotionView:
 
 
 @dataclass(frozen=True, slots=True)
+class LinkView:
+    """The link to the controller: whether it is `up`, and its quality. Times are real, in s.
+
+    `reply` is the median time from the request for a record to its arrival, `late_reply` exceeds 95 % of these times.
+    `records` is the number of records a second, `age` the time since the last one. `losses` counts how often the link
+    was lost. Values that are unknown are None.
+    """
+
+    up: bool
+    reply: float | None = None
+    late_reply: float | None = None
+    records: float | None = None
+    age: float | None = None
+    losses: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class HeldJog:
     """The state of a held jog: `moving` or at rest. `limit` names the limit that ended it, or ""; `reason` explains it.
 

@@ -30,7 +30,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Path, Route
-from maya_un.schema.robot import Jogged
+from maya_un.schema.robot import Jogged, LinkView
 from maya_un.values import Joints, Mode, Progress, State, StopReport
 
 _SLACK = 0.5
@@ -221,6 +221,10 @@ class GraphController:
     def progress(self) -> Progress | None:
         """Progress of the motion that this client started, None if none is under way."""
         return self._watch.progress
+
+    def link(self, speed: float) -> LinkView:
+        """Return whether the controller is connected; the quality of the link is known to its node alone."""
+        return LinkView(self.state.mode is not Mode.DISCONNECTED)
 
     @property
     def run(self) -> None:

@@ -35,7 +35,7 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
-from maya_un.schema.robot import EventMessage, Health, Kept, MotionView, Readiness, Status, Table
+from maya_un.schema.robot import EventMessage, Health, Kept, LinkView, MotionView, Readiness, Status, Table
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
@@ -109,6 +109,15 @@ def add_reading(routes: Routes) -> None:
 
         snapshot = await ask(found)
         return answer(MotionView() if snapshot is None else snapshot.view())
+
+    @routes.add("GET", "/v1/link", Operation.READ, tag=_STATUS, gives=LinkView, client="link")
+    async def link(ask: Ask) -> Response:
+        """Return the quality of the link to the controller."""
+
+        async def found(service: Service) -> LinkView:
+            return service.link()
+
+        return answer(await ask(found))
 
     @routes.add("GET", "/v1/events", Operation.READ, tag=_STATUS, gives=list[EventMessage], refuses=(EventsForgotten,))
     async def events(

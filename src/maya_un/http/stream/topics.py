@@ -13,7 +13,7 @@ from typing import Any
 
 from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.schema.jobs import QueueView
-from maya_un.schema.robot import MotionView
+from maya_un.schema.robot import LinkView, MotionView
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.service import Service
 
@@ -60,7 +60,9 @@ MOTION = Topic(
     shown=_motion,
 )
 
-TOPICS = {topic.name: topic for topic in (QUEUE, MOTION)}
+LINK = Topic("link", LinkView, lambda service: service.link(), look=1.0)
+
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK)}
 """All topics by name."""
 
 
