@@ -82,12 +82,15 @@ class Notice:
 class Progress:
     """Progress of the motion under way: `elapsed` of `duration` [s], in `phase`.
 
-    Both hold for the present speed; time at rest in a pause does not count.
+    Both hold for the present speed; time at rest in a pause does not count. In a homing, the phase is `number` (from 1)
+    of `count`, and the `duration` is 0, because it is unknown; in other motions both numbers are 0.
     """
 
     phase: str
     elapsed: float
     duration: float
+    number: int = 0
+    count: int = 0
 
     @property
     def fraction(self) -> float:

@@ -29,7 +29,7 @@ from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import state_builder
 from maya_un.controller.command_slot import ExclusiveSlot
 from maya_un.controller.link_quality import LinkQuality
-from maya_un.controller.protocol import MotionPace, MotionRun
+from maya_un.controller.protocol import MotionPace, MotionRun, homing_progress
 from maya_un.controller.registers import Dial, DriverLink, Registers, Torque
 from maya_un.controller.state_builder import ControllerStatus, StateBuilder
 from maya_un.errors import (
@@ -337,7 +337,7 @@ class Monitor:
             name = self.slot.current.name if self.slot.current else "move"
             return Progress(name, *self.run.times(now))
         if self.phase is not None:
-            return Progress(self.phase[0], now - self.phase[1], 0.0)
+            return homing_progress(self.phase[0], now - self.phase[1])
         return None
 
     def ready(self, *, homed: bool) -> Driver:

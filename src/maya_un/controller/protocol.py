@@ -199,6 +199,17 @@ class MotionRun:
         self.move = replace(self.move, profile=self.move.profile.changed(t, ratio))
 
 
+HOMING_PHASES = ("raise", "datum_a", "datum_c", "datum_b", "stroke_c", "stroke_b", "pose")
+"""The phases of a homing, in their order."""
+
+
+def homing_progress(phase: str, elapsed: float) -> Progress:
+    """Return the progress of a homing whose `phase` began `elapsed` [s] ago; "" before the first phase."""
+    return Progress(
+        phase, elapsed, 0.0, HOMING_PHASES.index(phase) + 1 if phase in HOMING_PHASES else 0, len(HOMING_PHASES)
+    )
+
+
 def _minus(one: Joints, two: Joints) -> tuple[float, float, float]:
     return one.a - two.a, one.b - two.b, one.c - two.c
 

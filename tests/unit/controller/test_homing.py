@@ -25,7 +25,7 @@ from maya_un.events import FaultEntered, HomingBegun, HomingDone, MotionStopped,
 from maya_un.kinematics.workspace import Workspace
 from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
-from maya_un.values import Mode
+from maya_un.values import Mode, Progress
 from tests.unit.controller.bench import commands_in, foreign, kinds, rewired
 from tests.virtual_time import elapse
 
@@ -71,7 +71,11 @@ def test_the_homed_pose_is_inside_and_off_every_switch() -> None:
 
 async def test_homing_reports_its_phases_and_leaves_its_mark_last() -> None:
     async with rig() as bench:
-        await bench.controller.home()
+        shown: list[Progress | None] = []
+        with bench.controller.events.listening(lambda _: shown.append(bench.controller.progress())):
+            await bench.controller.home()
+        told = [(one.phase, one.number, one.count) for one in shown if one is not None]
+        assert told == [(phase, number, 7) for number, phase in enumerate(PHASES, 1)]
         events = bench.controller.events.since(0)
         assert [event.detail["name"] for event in events if isinstance(event, PhaseBegun)] == PHASES
         assert kinds(bench)[2] is HomingBegun

@@ -23,7 +23,7 @@ from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, OUTPUT, PAU
 from maya_un.config import Config, Units
 from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import Jogging, MotionPlan, Planner
-from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview, require_output
+from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview, homing_progress, require_output
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
 from maya_un.kinematics.mechanism import Mechanism
@@ -247,7 +247,7 @@ class GraphController:
             if feedback["phase"] not in {phase, HomingBegun.word}:  # an event already reports the start
                 phase, since = feedback["phase"], self._loop.time()
                 self.events.emit(PhaseBegun(phase))
-            self._show(Progress(phase, self._loop.time() - since, 0.0))
+            self._show(homing_progress(phase, self._loop.time() - since))
 
         await self._do(HOME, {}, heard)
 
