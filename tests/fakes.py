@@ -85,6 +85,9 @@ class FakeController:
         """Nothing to tell."""
         return None
 
+    def signals(self) -> None:
+        """Nothing: another node has them."""
+
     def link(self, speed: float) -> LinkView:
         """Return whether the controller is connected; the quality of the link is known to its node alone."""
         return LinkView(self.state.mode is not Mode.DISCONNECTED)

@@ -90,6 +90,9 @@ class Watched:
         """Return the motion under way: there is none."""
         self.looks += 1
 
+    def signals(self) -> None:
+        """Return the signals: there are none."""
+
     def link(self) -> LinkView:
         """Return the quality of the link."""
         return LinkView(up=True)

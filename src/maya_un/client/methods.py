@@ -14,6 +14,7 @@ class RobotMethods:
 
     status = Verb(requests.status)
     motion = Verb(requests.motion)
+    signals = Verb(requests.signals)
     link = Verb(requests.link)
     config = Verb(requests.config)
     reach = Verb(requests.reach)

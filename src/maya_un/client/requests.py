@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         LinkView,
         MotionView,
         Readiness,
+        Signals,
         Status,
         Table,
     )
@@ -71,6 +72,11 @@ def status() -> Request[Status]:
 def motion() -> Request[MotionView]:
     """Return the path of the motion under way."""
     return Request("GET", "/v1/motion", Answer("maya_un.schema.robot", "MotionView"))
+
+
+def signals() -> Request[Signals]:
+    """Return signals of the controller: following errors, motor commands, tensions, digital inputs and outputs."""
+    return Request("GET", "/v1/signals", Answer("maya_un.schema.robot", "Signals"))
 
 
 def link() -> Request[LinkView]:

@@ -50,7 +50,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
-from maya_un.schema.robot import Jogged, LinkView
+from maya_un.schema.robot import Jogged, LinkView, Signals
 from maya_un.values import AXES, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
@@ -142,6 +142,10 @@ class GalilController:
     def progress(self) -> Progress | None:
         """How far the motion under way has come, None at rest."""
         return self._monitor.progress()
+
+    def signals(self) -> Signals | None:
+        """Return the signals in the latest record, None while disconnected."""
+        return self._monitor.signals()
 
     def link(self, speed: float) -> LinkView:
         """Return the quality of the link, in real time; the loop's clock runs at `speed` times real time."""

@@ -49,6 +49,7 @@ from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, Phas
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.motion.polyline import Polyline
+from maya_un.schema.robot import Signals
 from maya_un.values import AXES, Joints, Mode, Progress, State
 
 _SLACK = 0.035
@@ -325,6 +326,12 @@ class Monitor:
     async def close(self) -> None:
         """End the link."""
         await self.link.close()
+
+    def signals(self) -> Signals | None:
+        """Return the signals in the latest record, None before the first and while disconnected."""
+        if self.record is None or not self.link.up:
+            return None
+        return self._lens.signals(self.record, self.state)
 
     def watch(self) -> AsyncIterator[State]:
         """Yield the state now and every newer one; a slow reader skips to the newest."""

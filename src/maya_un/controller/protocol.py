@@ -27,7 +27,7 @@ from maya_un.kinematics.zones import Zone
 from maya_un.motion.clearance import ClosestApproach, closest
 from maya_un.motion.move import CoordinatedMove, LongestStop, Trajectory, sample, stopping
 from maya_un.motion.path import Route
-from maya_un.schema.robot import Jogged, LinkView
+from maya_un.schema.robot import Jogged, LinkView, Signals
 from maya_un.values import Joints, Progress, State, StopReport
 
 
@@ -282,6 +282,10 @@ class Controller(Protocol):
 
     def progress(self) -> Progress | None:
         """How far the motion under way has come, None at rest."""
+        ...
+
+    def signals(self) -> Signals | None:
+        """Return signals of the controller; None while disconnected, and where only another process has them."""
         ...
 
     def link(self, speed: float) -> LinkView:

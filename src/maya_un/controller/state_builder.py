@@ -22,7 +22,8 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.events import EmergencyStopped, FaultEntered, LimitHit, MotionStopped, Trouble
-from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.mechanism import Mechanism, tension
+from maya_un.schema.robot import Signals
 from maya_un.values import AXES, Joints, Mode, Notice, Point, Progress, State
 
 NORMAL_ENDS = frozenset({0, 1, 100, 101})
@@ -151,6 +152,22 @@ class StateBuilder:
             override=standing.override,
         )
 
+    def signals(self, record: DataRecord, state: State) -> Signals:
+        """Return the signals in a record, whose state is `state`."""
+        a, b, c = (record.axes[place] for place in self._order)
+        unit = self._units.per_unit
+        pull: tuple[float, float] | None = None
+        if state.joints is not None and state.point is not None:
+            pull = tension(*self._mechanism.section(state.joints), self._mechanism.width)
+        return Signals(
+            time=state.time,
+            following_error=(a.error / unit[0], b.error / unit[1], c.error / unit[2]),
+            torque=(a.torque, b.torque, c.torque),
+            tension=pull,
+            inputs=_bits(record.inputs[0]),
+            outputs=_bits(record.outputs[0]),
+        )
+
     def _place(self, joints: Joints) -> Point | None:
         """Return the gripper point, None if lines of such lengths cannot meet: the counts are wrong then."""
         try:
@@ -162,6 +179,11 @@ class StateBuilder:
         """Return whether the gripper is closed, from the output bit."""
         high = bool(record.outputs[0] >> (self._grip.output - 1) & 1)
         return high is (self._grip.closed_by == "set")
+
+
+def _bits(bank: int) -> tuple[bool, ...]:
+    """Return the eight bits of a bank of inputs or outputs, the lowest first."""
+    return tuple(bool(bank >> bit & 1) for bit in range(8))
 
 
 def _unknown(standing: ControllerStatus, fault: Notice | None) -> State:

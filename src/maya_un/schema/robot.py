@@ -107,6 +107,23 @@ class LinkView:
 
 
 @dataclass(frozen=True, slots=True)
+class Signals:
+    """Signals of the controller at loop time `time` [s], from its latest data record.
+
+    `following_error` is the difference of the commanded and the measured position (rad, m, m), `torque` the motor
+    command [V], `tension` that of the lines b and c in multiples of the load, None before homing. `inputs` and
+    `outputs` are the digital ones from number 1 on; True is high.
+    """
+
+    time: float
+    following_error: tuple[float, float, float]
+    torque: tuple[float, float, float]
+    tension: tuple[float, float] | None
+    inputs: tuple[bool, ...]
+    outputs: tuple[bool, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class HeldJog:
     """The state of a held jog: `moving` or at rest. `limit` names the limit that ended it, or ""; `reason` explains it.
 

@@ -33,7 +33,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
-from maya_un.schema.robot import HeldJog, Jogged, LinkView, Status
+from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
@@ -232,6 +232,10 @@ class Service:
     def running(self) -> int | None:
         """The number of the running job, None without one."""
         return self._process.running
+
+    def signals(self) -> Signals | None:
+        """Return signals of the controller; None while disconnected, and where only another process has them."""
+        return self._controller.signals()
 
     def link(self) -> LinkView:
         """Return the quality of the link to the controller."""

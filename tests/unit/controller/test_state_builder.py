@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
 
 import pytest
@@ -10,7 +11,7 @@ from maya_un.config.files import parse
 from maya_un.controller import state_builder
 from maya_un.controller.state_builder import ControllerStatus, StateBuilder
 from maya_un.errors import FollowingError, MayaError
-from maya_un.kinematics.mechanism import Mechanism
+from maya_un.kinematics.mechanism import Mechanism, tension
 from maya_un.values import Joints, Mode, Progress
 from tests.unit.controller.bench import record_of
 
@@ -99,3 +100,24 @@ def test_before_the_first_record_nothing_is_claimed() -> None:
     assert state.motors_on == (False, False, False)
     assert state.fault is not None
     assert (state.time, state.mode) == (12.5, Mode.IDLE)
+
+
+def test_signals_are_those_of_the_axes_in_si_units() -> None:
+    builder, units = state_builder_of(PERMUTED), Units.of(Config())
+    counts = units.to_counts(HERE)
+    ours = [AxisRecord(position=counts[i], error=10 * (i + 1), torque_raw=3276 * (i + 1)) for i in range(3)]
+    record = replace(record_of(ours[2], ours[0], ours[1]), inputs=(0b101,) + (0,) * 9, outputs=(0b10,) + (0,) * 9)
+    state = builder.state(record, standing())
+    found = builder.signals(record, state)
+    assert found.time == 12.5
+    assert found.following_error == pytest.approx([10 * (i + 1) / units.per_unit[i] for i in range(3)])
+    assert found.torque == pytest.approx((1.0, 2.0, 3.0), rel=1e-3)
+    assert found.tension == pytest.approx(tension(*Mechanism.of(Config()).section(HERE), 2.0), abs=1e-3)
+    assert found.inputs == (True, False, True, False, False, False, False, False)
+    assert found.outputs == (False, True, False, False, False, False, False, False)
+    assert builder.signals(record, builder.state(record, standing(homed=False))).tension is None
+
+
+def test_lines_that_cannot_meet_have_no_tension() -> None:
+    builder, record = state_builder_of(Config()), record_of(*at(Joints(0.3, 0.6, 0.6)))
+    assert builder.signals(record, builder.state(record, standing())).tension is None

@@ -222,6 +222,9 @@ class GraphController:
         """Progress of the motion that this client started, None if none is under way."""
         return self._watch.progress
 
+    def signals(self) -> None:
+        """Nothing: another node has them."""
+
     def link(self, speed: float) -> LinkView:
         """Return whether the controller is connected; the quality of the link is known to its node alone."""
         return LinkView(self.state.mode is not Mode.DISCONNECTED)

@@ -35,7 +35,7 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
-from maya_un.schema.robot import EventMessage, Health, Kept, LinkView, MotionView, Readiness, Status, Table
+from maya_un.schema.robot import EventMessage, Health, Kept, LinkView, MotionView, Readiness, Signals, Status, Table
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
@@ -109,6 +109,20 @@ def add_reading(routes: Routes) -> None:
 
         snapshot = await ask(found)
         return answer(MotionView() if snapshot is None else snapshot.view())
+
+    @routes.add(
+        "GET", "/v1/signals", Operation.READ, tag=_STATUS, gives=Signals, refuses=(NotConnected,), client="signals"
+    )
+    async def signals(ask: Ask) -> Response:
+        """Return signals of the controller: following errors, motor commands, tensions, digital inputs and outputs."""
+
+        async def found(service: Service) -> Signals:
+            signals = service.signals()
+            if signals is None:
+                raise NotConnected
+            return signals
+
+        return answer(await ask(found))
 
     @routes.add("GET", "/v1/link", Operation.READ, tag=_STATUS, gives=LinkView, client="link")
     async def link(ask: Ask) -> Response:

@@ -13,7 +13,7 @@ from typing import Any
 
 from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.schema.jobs import QueueView
-from maya_un.schema.robot import LinkView, MotionView
+from maya_un.schema.robot import LinkView, MotionView, Signals
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.service import Service
 
@@ -62,7 +62,9 @@ MOTION = Topic(
 
 LINK = Topic("link", LinkView, lambda service: service.link(), look=1.0)
 
-TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK)}
+SIGNALS = Topic("signals", Signals | None, lambda service: service.signals(), look=0.1)
+
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS)}
 """All topics by name."""
 
 
@@ -106,7 +108,7 @@ class TopicSource:
         self._loop = asyncio.get_running_loop()
         while True:
             with suppress(TimeoutError):
-                async with asyncio.timeout(self._topic.look * self._speed if self.wanted else None):
+                async with asyncio.timeout((self._topic.look - PERIOD) * self._speed if self.wanted else None):
                     await self._stirred.wait()
             self._stirred.clear()
             if self.wanted:
