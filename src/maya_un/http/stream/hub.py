@@ -15,7 +15,7 @@ from typing import NamedTuple, Protocol
 
 from maya_un.events import Event
 from maya_un.http.stream.messages import content, event_frame, state_frame, topic_frame
-from maya_un.http.stream.topics import TOPICS, Topic, TopicSource
+from maya_un.http.stream.topics import TOPICS, StreamTopic, TopicSource
 from maya_un.schema.robot import EventMessage
 from maya_un.service.service import Service
 from maya_un.values import State
@@ -154,7 +154,7 @@ class Batch(NamedTuple):
 
     events: list[Event]
     state: State | None
-    values: Mapping[Topic, object]
+    values: Mapping[StreamTopic, object]
 
 
 class StreamSource:
@@ -171,7 +171,7 @@ class StreamSource:
         self._state: State | None = None
         self._told: object = None
         self._wanted = True
-        self._values: dict[Topic, object] = {}
+        self._values: dict[StreamTopic, object] = {}
         self._flushing = False
         self.latest: State | None = None
         self.topics = {
@@ -214,7 +214,7 @@ class StreamSource:
             for source in self.topics.values():
                 source.saw(event)
 
-    def _found(self, topic: Topic, value: object) -> None:
+    def _found(self, topic: StreamTopic, value: object) -> None:
         self._values[topic] = value
         self._flush_soon()
 
@@ -321,8 +321,8 @@ class StreamHub:
         self._tap: StreamSource | None = None
         self._paces: dict[float, RateGroup] = {}
         self._followers: set[StreamReader] = set()
-        self._watchers: dict[Topic, set[StreamReader]] = {topic: set() for topic in TOPICS.values()}
-        self._shown: dict[Topic, bytes] = {}
+        self._watchers: dict[StreamTopic, set[StreamReader]] = {topic: set() for topic in TOPICS.values()}
+        self._shown: dict[StreamTopic, bytes] = {}
         self._snapshot: tuple[State | None, StateFrame | None] = (None, None)
 
     def open(self, tap: StreamSource) -> None:
@@ -355,7 +355,7 @@ class StreamHub:
         else:
             reader.pump()
 
-    def _show(self, topic: Topic, frame: bytes) -> None:
+    def _show(self, topic: StreamTopic, frame: bytes) -> None:
         if frame != self._shown.get(topic) and self._watchers[topic]:
             self._shown[topic] = frame
             for reader in self._watchers[topic]:
@@ -374,7 +374,7 @@ class StreamHub:
                 self._paces[rate] = RateGroup(rate, self._latest, self._want)
             self._paces[rate].join(reader)
 
-    def show(self, reader: StreamReader, topic: Topic, *, wanted: bool) -> None:
+    def show(self, reader: StreamReader, topic: StreamTopic, *, wanted: bool) -> None:
         """Send a topic now and after each change, or stop sending it."""
         assert self._tap is not None
         watchers, source = self._watchers[topic], self._tap.topics[topic]

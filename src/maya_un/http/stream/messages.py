@@ -26,7 +26,7 @@ from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 from maya_un.errors import InvalidRequest, MayaError
-from maya_un.http.stream.topics import TOPICS, Topic
+from maya_un.http.stream.topics import TOPICS, StreamTopic
 from maya_un.process.spec.json_object import decode_object
 from maya_un.schema.encoding import to_json
 from maya_un.schema.robot import EventMessage
@@ -188,7 +188,7 @@ class StreamSubscription:
     named: frozenset[str]
     rate: float | None = None
     past: ReplayStart | None = None
-    topics: frozenset[Topic] = frozenset()
+    topics: frozenset[StreamTopic] = frozenset()
 
 
 def decoded(text: str | bytes) -> dict[str, Any]:

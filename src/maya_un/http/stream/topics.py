@@ -22,7 +22,7 @@ PERIOD = 0.1
 
 
 @dataclass(frozen=True)
-class Topic:
+class StreamTopic:
     """A value of the type `gives`: `view` reads it from the service in the stack's loop.
 
     While it has readers, it is read after an event of the types in `after`, after a state with which `source` returns
@@ -38,7 +38,7 @@ class Topic:
     shown: Callable[[Any], object] = lambda value: value
 
 
-QUEUE = Topic(
+QUEUE = StreamTopic(
     "queue",
     QueueView,
     lambda service: service.queue.view(),
@@ -51,7 +51,7 @@ def _motion(snapshot: MotionSnapshot | None) -> MotionView:
     return MotionView() if snapshot is None else snapshot.view()
 
 
-MOTION = Topic(
+MOTION = StreamTopic(
     "motion",
     MotionView,
     lambda service: service.motion(),
@@ -60,9 +60,9 @@ MOTION = Topic(
     shown=_motion,
 )
 
-LINK = Topic("link", LinkView, lambda service: service.link(), look=1.0)
+LINK = StreamTopic("link", LinkView, lambda service: service.link(), look=1.0)
 
-SIGNALS = Topic("signals", Signals | None, lambda service: service.signals(), look=0.1)
+SIGNALS = StreamTopic("signals", Signals | None, lambda service: service.signals(), look=0.1)
 
 TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS)}
 """All topics by name."""
@@ -74,7 +74,7 @@ class TopicSource:
     `speed` is the speed of the loop's clock relative to real time. Any thread may set `wanted` and call `look`.
     """
 
-    def __init__(self, topic: Topic, service: Service, found: Callable[[object], None], speed: float) -> None:
+    def __init__(self, topic: StreamTopic, service: Service, found: Callable[[object], None], speed: float) -> None:
         self._topic = topic
         self._service = service
         self._found = found
