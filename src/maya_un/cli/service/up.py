@@ -41,6 +41,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
 from maya_un.config import Config
 from maya_un.config.state_folder import own_state_folder
+from maya_un.dashboard.pages import add_dashboard
 from maya_un.errors import MayaError
 from maya_un.http import dates, log
 from maya_un.http.app import create_app
@@ -379,6 +380,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         bridge = _bridge(running)
         app = create_app(bridge, options.remote.edge(), metrics)
+        add_dashboard(app)
         ending = ShutdownRequest(finish=options.finish)
         far = () if listeners.far is None else (listeners.far,)
         beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed)

@@ -1,0 +1,56 @@
+import { onState, signals } from "../state/robot.ts";
+
+/** The last `SECONDS` of some signals, sampled at 10 Hz by the time of arrival, in buffers of fixed length. */
+export const SECONDS = 20;
+const PERIOD = 100;
+export const LENGTH = (SECONDS * 1000) / PERIOD;
+
+/** Columns: x y z [m], speeds of a b c [rad/s, m/s, m/s], following errors [rad, m, m], tensions of b c [loads]. */
+export const COLUMNS = 11;
+
+export class Rings {
+  readonly times = new Float64Array(LENGTH).fill(Number.NaN);
+  readonly values = Array.from({ length: COLUMNS }, () => new Float64Array(LENGTH).fill(Number.NaN));
+  private count = 0;
+
+  /** Appends a sample at `time` [s]; NaN makes a gap. */
+  push(time: number, sample: readonly number[]): void {
+    const at = this.count % LENGTH;
+    this.times[at] = time;
+    for (let i = 0; i < COLUMNS; i++) (this.values[i] as Float64Array)[at] = sample[i] ?? Number.NaN;
+    this.count += 1;
+  }
+
+  /** Returns the samples in order: ages [s] up to `now`, 0 is now, and the columns `wanted`. Unknown values are null. */
+  read(now: number, wanted: readonly number[]): [number[], ...(number | null)[][]] {
+    const filled = Math.min(this.count, LENGTH);
+    const order = Array.from({ length: filled }, (_, i) => (this.count - filled + i) % LENGTH);
+    const column = (values: Float64Array) => order.map((at) => (Number.isNaN(values[at]) ? null : (values[at] as number)));
+    return [order.map((at) => (this.times[at] as number) - now), ...wanted.map((one) => column(this.values[one] as Float64Array))];
+  }
+}
+
+export const rings = new Rings();
+
+const NOTHING = [Number.NaN, Number.NaN, Number.NaN];
+let latest: { point: readonly number[] | null; velocity: readonly number[] } | null = null;
+
+onState((state) => {
+  latest = state === null ? null : { point: state.point, velocity: state.velocity };
+});
+
+let sampling: ReturnType<typeof setInterval> | undefined;
+
+/** Begins to sample, once; the buffers are filled also while no plot is shown. */
+export function startSampling(): void {
+  sampling ??= setInterval(() => {
+    const found = signals.value;
+    const speeds = latest?.velocity ?? NOTHING;
+    rings.push(performance.now() / 1000, [
+      ...(latest?.point ?? NOTHING),
+      ...speeds,
+      ...(latest ? (found?.following_error ?? NOTHING) : NOTHING),
+      ...(latest ? (found?.tension ?? NOTHING.slice(0, 2)) : NOTHING.slice(0, 2)),
+    ]);
+  }, PERIOD);
+}

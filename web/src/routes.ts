@@ -1,0 +1,48 @@
+import { computed, defineAsyncComponent, ref, type Component } from "vue";
+import type { IconName } from "./look/icon-names.ts";
+import { COMMON } from "./words/common.ts";
+import type { Words } from "./words/index.ts";
+import Live from "./pages/Live.vue";
+
+export interface Page {
+  path: string;
+  words: Words;
+  icon: IconName;
+  view: Component;
+  /** Whether the page has a place in the rail and in the tabs of a phone. */
+  listed: boolean;
+}
+
+const later = (load: () => Promise<{ default: Component }>) => defineAsyncComponent(load);
+
+/** All pages. The server answers exactly these paths (src/maya_un/dashboard/pages.py). */
+export const PAGES: readonly Page[] = [
+  { path: "/", words: COMMON.live, icon: "activity", view: Live, listed: true },
+  { path: "/drive", words: COMMON.drive, icon: "move", view: later(() => import("./pages/Drive.vue")), listed: false },
+  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: later(() => import("./pages/Queue.vue")), listed: true },
+  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: later(() => import("./pages/Teach.vue")), listed: true },
+  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: later(() => import("./pages/History.vue")), listed: true },
+  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: later(() => import("./pages/Workshop.vue")), listed: true },
+  { path: "/people", words: COMMON.people, icon: "users", view: later(() => import("./pages/People.vue")), listed: true },
+];
+
+const path = ref(location.pathname);
+
+/** The query of the address, such as ?job=12; a token is never part of it. */
+export const query = ref(new URLSearchParams(location.search));
+
+export const page = computed(() => PAGES.find((one) => one.path === path.value) ?? (PAGES[0] as Page));
+
+/** Shows a page, with the keys of its address. */
+export function go(to: string, keys: Record<string, string> = {}): void {
+  const text = new URLSearchParams(keys).toString();
+  history.pushState(null, "", text ? `${to}?${text}` : to);
+  follow();
+}
+
+function follow(): void {
+  path.value = location.pathname;
+  query.value = new URLSearchParams(location.search);
+}
+
+addEventListener("popstate", follow);

@@ -1,0 +1,100 @@
+import { computed, ref, shallowRef } from "vue";
+import { dropLease } from "../api/lease.ts";
+import { keepToken, token } from "../api/session.ts";
+import type { EventMessage, LinkView, MotionView, QueueView, Signals, State, Topics } from "../generated/api.ts";
+import { HIDDEN_RATE, RATE, Stream, type Hello } from "../stream/stream.ts";
+
+/** Everything here has one writer, the stream. Objects are shallow: they are replaced, never changed. */
+export const state = shallowRef<State | null>(null);
+export const queue = shallowRef<QueueView | null>(null);
+export const motion = shallowRef<MotionView | null>(null);
+export const link = shallowRef<LinkView | null>(null);
+export const signals = shallowRef<Signals | null>(null);
+export const hello = shallowRef<Hello | null>(null);
+
+/** The newest events, newest last, at most `MOST_EVENTS`. */
+export const events = shallowRef<readonly EventMessage[]>([]);
+export const MOST_EVENTS = 500;
+
+/** The connection of this page: never made yet, live, lost, or refused because nobody is signed in. */
+export const connection = ref<"opening" | "live" | "lost" | "signed out">("opening");
+export const lostAt = ref<Date | null>(null);
+
+/** When the latest state arrived [ms, performance.now()]. The robot's own clock may be scaled. */
+export const arrived = ref(0);
+
+const stateReaders = new Set<(state: State | null) => void>();
+
+/** Calls `reader` for each state, and with null when the connection is lost. Returns the function that ends this. */
+export function onState(reader: (state: State | null) => void): () => void {
+  stateReaders.add(reader);
+  return () => stateReaders.delete(reader);
+}
+
+const TARGETS = { queue, motion, link, signals } as const;
+
+function url(): string {
+  return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/v1/stream`;
+}
+
+/** Another version of the service than the one that this page came from. */
+export const newVersion = ref(false);
+
+/** The number of times that the service was found restarted. */
+export const restarts = ref(0);
+
+export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[], () => token.value, {
+  hello(greeting) {
+    const before = hello.value;
+    newVersion.value ||= before !== null && before.version !== greeting.version;
+    if (before !== null && before.run !== greeting.run) {
+      restarts.value += 1;
+      dropLease();
+    }
+    hello.value = greeting;
+    connection.value = "live";
+    lostAt.value = null;
+  },
+  state(next) {
+    state.value = next;
+    arrived.value = performance.now();
+    for (const reader of stateReaders) reader(next);
+  },
+  event(event) {
+    const all = [...events.value, event];
+    events.value = all.length > MOST_EVENTS ? all.slice(-MOST_EVENTS) : all;
+  },
+  restart() {
+    events.value = [];
+  },
+  topic(name, value) {
+    (TARGETS[name as keyof typeof TARGETS] as { value: unknown }).value = value;
+  },
+  lost(code) {
+    dropLease();
+    for (const reader of stateReaders) reader(null);
+    if (code === 4101) {
+      keepToken("");
+      connection.value = "signed out";
+      return;
+    }
+    if (connection.value === "live") lostAt.value = new Date();
+    connection.value = "lost";
+  },
+});
+
+/** Whether the numbers on the page are those of now. */
+export const live = computed(() => connection.value === "live" && state.value !== null);
+
+/** Whether an axis moves. */
+export const moving = computed(() => state.value !== null && state.value.moving);
+
+/** Connects, follows the page's visibility, and ends with the page: nothing goes on that nobody sees. */
+export function start(): void {
+  stream.open();
+  document.addEventListener("visibilitychange", () => stream.setRate(document.hidden ? HIDDEN_RATE : RATE));
+  addEventListener("pagehide", () => stream.close());
+  addEventListener("pageshow", (event) => {
+    if (event.persisted) stream.open();
+  });
+}

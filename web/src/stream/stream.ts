@@ -1,0 +1,242 @@
+import type { EventMessage, Operations, State, Topics } from "../generated/api.ts";
+
+/** A refusal of the service: a stable code, a sentence, and the values in the sentence. */
+export class Refusal extends Error {
+  constructor(
+    readonly code: number,
+    message: string,
+    readonly details: Record<string, unknown> = {},
+    readonly status = 0,
+  ) {
+    super(message);
+    this.name = "Refusal";
+  }
+}
+
+/** The connection ended before the answer came, or could not be made. */
+export class Unreachable extends Error {
+  override readonly name = "Unreachable";
+}
+
+export interface Hello {
+  version: string;
+  protocol: number;
+  run: number;
+  last_event: number;
+  who: { name: string; role: string };
+}
+
+/** What the stream tells its owner. `topic` gets the name of a topic and its newest value. */
+export interface Heard {
+  hello(hello: Hello): void;
+  state(state: State): void;
+  event(event: EventMessage): void;
+  restart(run: number): void;
+  topic<Name extends keyof Topics>(name: Name, value: Topics[Name]): void;
+  lost(code: number, refusal: Refusal | null): void;
+}
+
+type Message = { type: string; id?: number } & Record<string, unknown>;
+type Waiting = { resolve: (answer: Message) => void; reject: (error: Error) => void };
+
+/** The state is sent at this rate [Hz] while the page is visible, and at the second while it is hidden. */
+export const RATE = 20;
+export const HIDDEN_RATE = 1;
+
+/** The service sends at least a state every 10 s; a stream that is silent for longer is dead [ms]. */
+export const SILENCE = 12_000;
+
+const FIRST_DELAY = 250;
+const LONGEST_DELAY = 4000;
+
+/**
+ * The connection to /v1/stream: subscribes, sends requests in order, and connects again after a break.
+ *
+ * Events continue after the last one seen. A request that waits for its answer when the connection ends is refused with
+ * `Unreachable`; it is never sent again, so nothing moves because a connection came back.
+ */
+export class Stream {
+  private socket: WebSocket | null = null;
+  private greeted = false;
+  private wanted = false;
+  private delay = FIRST_DELAY;
+  private retry: ReturnType<typeof setTimeout> | undefined;
+  private silence: ReturnType<typeof setTimeout> | undefined;
+  private number = 0;
+  private readonly waiting = new Map<number, Waiting>();
+  private seen: { run: number; since: number } | null = null;
+  private rate = RATE;
+  private refusal: Refusal | null = null;
+
+  constructor(
+    private readonly url: string,
+    private readonly topics: readonly (keyof Topics)[],
+    private readonly token: () => string,
+    private readonly heard: Heard,
+  ) {}
+
+  /** Whether requests can be sent now. */
+  get ready(): boolean {
+    return this.greeted && this.socket?.readyState === WebSocket.OPEN;
+  }
+
+  open(): void {
+    this.wanted = true;
+    this.connect();
+  }
+
+  /** Ends the connection until `open`: held jogs and a bound lease end with it. */
+  close(): void {
+    this.wanted = false;
+    clearTimeout(this.retry);
+    this.socket?.close(1000);
+  }
+
+  /** Connects again now, for example with another token. */
+  reopen(): void {
+    clearTimeout(this.retry);
+    this.delay = FIRST_DELAY;
+    this.wanted = true;
+    if (this.socket !== null) this.socket.close(1000);
+    else this.connect();
+  }
+
+  /** Changes the rate of states [Hz]. */
+  setRate(rate: number): void {
+    this.rate = rate;
+    if (this.ready) this.send({ type: "subscribe", state: { rate } });
+  }
+
+  /** Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. */
+  async request(method: string, path: string, body?: unknown, lease?: string): Promise<unknown> {
+    const message: Message = { type: "request", method, path };
+    if (body !== undefined) message["body"] = body;
+    if (lease !== undefined) message["lease"] = lease;
+    const answer = await this.ask(message);
+    const status = answer["status"] as number;
+    if (status >= 400) throw refusalOf(answer["body"], status);
+    return answer["body"];
+  }
+
+  /** Sends a message with an id and returns the message that answers it. */
+  ask(message: Message): Promise<Message> {
+    if (!this.ready) return Promise.reject(new Unreachable());
+    const id = ++this.number;
+    return new Promise((resolve, reject) => {
+      this.waiting.set(id, { resolve, reject });
+      this.send({ ...message, id });
+    });
+  }
+
+  private send(message: Message): void {
+    this.socket?.send(JSON.stringify(message));
+  }
+
+  private connect(): void {
+    if (this.socket !== null || !this.wanted) return;
+    const socket = new WebSocket(this.url);
+    this.socket = socket;
+    this.greeted = false;
+    this.refusal = null;
+    socket.onopen = () => {
+      const token = this.token();
+      socket.send(JSON.stringify(token ? { type: "hello", token, protocol: 1 } : { type: "hello", protocol: 1 }));
+      this.listen();
+    };
+    socket.onmessage = (message) => this.hear(JSON.parse(message.data as string) as Message);
+    socket.onclose = (end) => this.ended(end.code);
+  }
+
+  private listen(): void {
+    clearTimeout(this.silence);
+    this.silence = setTimeout(() => this.cut(), SILENCE);
+  }
+
+  /** Gives a dead connection up without waiting for its closing handshake. */
+  private cut(): void {
+    const socket = this.socket;
+    if (socket === null) return;
+    socket.onclose = null;
+    socket.onmessage = null;
+    socket.close();
+    this.ended(1006);
+  }
+
+  private ended(code: number): void {
+    clearTimeout(this.silence);
+    this.socket = null;
+    this.greeted = false;
+    for (const one of this.waiting.values()) one.reject(new Unreachable());
+    this.waiting.clear();
+    this.heard.lost(code, this.refusal);
+    const final = code === 4101; // the token is not valid: the page asks for another one
+    if (!this.wanted || final) return;
+    this.retry = setTimeout(() => this.connect(), this.delay);
+    this.delay = Math.min(this.delay * 2, LONGEST_DELAY);
+  }
+
+  private hear(message: Message): void {
+    this.listen();
+    const one = message.id === undefined ? undefined : this.waiting.get(message.id);
+    if (one !== undefined) {
+      this.waiting.delete(message.id as number);
+      if (message.type === "error") one.reject(refusalOf(message, 0));
+      else one.resolve(message);
+      return;
+    }
+    switch (message.type) {
+      case "hello":
+        this.greet(message as unknown as Hello);
+        break;
+      case "state":
+        this.heard.state(message["state"] as State);
+        break;
+      case "event": {
+        const event = message["event"] as EventMessage;
+        this.seen = { run: message["run"] as number, since: event.seq };
+        this.heard.event(event);
+        break;
+      }
+      case "restart":
+        this.seen = { run: message["run"] as number, since: 0 };
+        this.heard.restart(message["run"] as number);
+        break;
+      case "error":
+        this.refusal = refusalOf(message, 0);
+        if (this.refusal.code === 4013) this.skipPast(message);
+        break;
+      default:
+        if ((this.topics as readonly string[]).includes(message.type)) {
+          const name = message.type as keyof Topics;
+          this.heard.topic(name, message[name] as Topics[typeof name]);
+        }
+    }
+  }
+
+  /** Without an `hello` of ours the service greets at once; the second greeting changes nothing. */
+  private greet(hello: Hello): void {
+    if (this.greeted) return;
+    this.greeted = true;
+    this.delay = FIRST_DELAY;
+    const events = this.seen ?? { since: Math.max(0, hello.last_event - 200), run: hello.run };
+    const subscription: Message = { type: "subscribe", state: { rate: this.rate }, events };
+    for (const topic of this.topics) subscription[topic] = true;
+    this.send(subscription);
+    this.heard.hello(hello);
+  }
+
+  /** Continues with the oldest event that the service still has. */
+  private skipPast(message: Message): void {
+    const details = message["details"] as { oldest?: number } | undefined;
+    const since = Math.max(0, (details?.oldest ?? 1) - 1);
+    this.send({ type: "subscribe", events: { since } });
+  }
+}
+
+/** Returns the refusal in a problem of HTTP (RFC 9457) or in an `error` of the stream. */
+export function refusalOf(body: unknown, status: number): Refusal {
+  const problem = (body ?? {}) as { code?: number; detail?: string; message?: string; details?: Record<string, unknown> };
+  return new Refusal(problem.code ?? 0, problem.detail ?? problem.message ?? `HTTP ${status}`, problem.details, status);
+}
+
+export type OperationName = keyof Operations;

@@ -1,0 +1,54 @@
+import { computed, ref } from "vue";
+
+/** A text in English and in Spanish. `{name}` is replaced by a value. */
+export type Words = readonly [en: string, es: string];
+
+export type Language = "en" | "es";
+
+const KEY = "maya.language";
+
+function initial(): Language {
+  const kept = localStorage.getItem(KEY);
+  if (kept === "en" || kept === "es") return kept;
+  return navigator.language.toLowerCase().startsWith("es") ? "es" : "en";
+}
+
+export const language = ref<Language>(initial());
+
+export function setLanguage(next: Language): void {
+  language.value = next;
+  localStorage.setItem(KEY, next);
+  document.documentElement.lang = next;
+}
+
+/** Declares the texts of a page: every one in both languages. */
+export function words<Table extends Record<string, Words>>(table: Table): Table {
+  return table;
+}
+
+/** Returns a text in the language of the page. */
+export function t(text: Words, values: Record<string, string | number> = {}): string {
+  const sentence = text[language.value === "es" ? 1 : 0];
+  return sentence.replace(/\{(\w+)\}/g, (whole, key: string) => (key in values ? String(values[key]) : whole));
+}
+
+/** The locale for numbers and dates: clocks have 24 hours in both languages. */
+export const locale = computed(() => (language.value === "es" ? "es" : "en-GB"));
+
+export function clock(date: Date): string {
+  return date.toLocaleTimeString(locale.value, { hour: "2-digit", minute: "2-digit" });
+}
+
+export function dateTime(text: string): string {
+  if (!text) return "–";
+  return new Date(text).toLocaleString(locale.value, { dateStyle: "medium", timeStyle: "short" });
+}
+
+/** Returns a duration [s] as m:ss, or h:mm:ss from one hour on; "–" if it is unknown. */
+export function duration(seconds: number | null | undefined): string {
+  if (seconds === null || seconds === undefined || !Number.isFinite(seconds)) return "–";
+  const whole = Math.max(0, Math.round(seconds));
+  const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  const two = (value: number) => String(value).padStart(2, "0");
+  return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
+}
