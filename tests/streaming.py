@@ -24,7 +24,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.stream.hub import MOST_EVENTS
 from maya_un.http.stream.server import add_stream
 from maya_un.http.thread import bound_socket, served
-from maya_un.schema.robot import EventMessage, LinkView
+from maya_un.schema.robot import EventMessage, LinkView, TableView
 from maya_un.service.access.control import AccessControl
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.service import Gate, Service
@@ -85,6 +85,15 @@ class Watched:
     def service(self) -> Service:
         """It, as the service that it stands in for."""
         return cast("Service", self)
+
+    @property
+    def state(self) -> State:
+        """The present state."""
+        return self.latest.state
+
+    def table(self) -> TableView:
+        """Return the table: a gripper, and no parts."""
+        return TableView("believed", {}, None, holding=self.state.gripper_closed)
 
     def motion(self) -> None:
         """Return the motion under way: there is none."""

@@ -64,6 +64,7 @@ TABLE: dict[str, Asked] = {
     "GET /v1/ik?x=0.5&y=1.2&z=0.4": _READ,
     "GET /v1/events": _READ,
     "GET /v1/twin": _READ,
+    "GET /v1/table": _READ,
     "GET /v1/motion": _READ,
     "GET /v1/link": _READ,
     "GET /v1/signals": _READ,

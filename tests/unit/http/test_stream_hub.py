@@ -11,7 +11,7 @@ import pytest
 
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.http.stream.hub import HEARTBEAT, Batch, EventRing, StreamHub, StreamReader, StreamSource
-from maya_un.http.stream.topics import MOTION, PERIOD, QUEUE
+from maya_un.http.stream.topics import MOTION, PERIOD, QUEUE, TABLE
 from tests.streaming import Watched
 from tests.unit.http.frames import messages
 from tests.virtual_time import elapse
@@ -374,6 +374,17 @@ async def test_motion_is_shown_when_another_move_is_under_way() -> None:
         await elapse(1.0)
         assert here.watched.looks == 2
         assert ear.heard == [nothing]  # the same is not sent again
+
+
+async def test_table_is_shown_when_the_gripper_changes_without_an_event() -> None:
+    async with scene() as here:
+        ear, reader = here.reader()
+        here.hub.show(reader, TABLE, wanted=True)
+        for closed in (False, False, True, True, False):
+            here.watched.show(gripper_closed=closed)
+            await elapse(0.3)
+        assert [message["table"]["holding"] for message in ear.heard] == [False, True, False]
+        assert ear.heard[0]["table"] == {"source": "believed", "parts": {}, "carried": None, "holding": False}
 
 
 async def test_a_tap_of_a_service_that_fails_ends_with_its_error() -> None:

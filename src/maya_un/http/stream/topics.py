@@ -11,9 +11,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
+from maya_un.events import Event, GripperClosed, GripperOpened, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.schema.jobs import QueueView
-from maya_un.schema.robot import LinkView, MotionView, Signals
+from maya_un.schema.robot import LinkView, MotionView, Signals, TableView
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.service import Service
 
@@ -64,7 +64,16 @@ LINK = StreamTopic("link", LinkView, lambda service: service.link(), look=1.0)
 
 SIGNALS = StreamTopic("signals", Signals | None, lambda service: service.signals(), look=0.1)
 
-TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS)}
+TABLE = StreamTopic(
+    "table",
+    TableView,
+    lambda service: service.table(),
+    look=2.0,  # for parts that are not moved by the gripper
+    after=(StepAdvanced, GripperClosed, GripperOpened),
+    source=lambda service: service.state.gripper_closed,
+)
+
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS, TABLE)}
 """All topics by name."""
 
 
@@ -98,6 +107,8 @@ class TopicSource:
 
     def saw_state(self) -> None:
         """Read the topic soon if its source is another object than after the state before."""
+        if not self.wanted:
+            return
         origin = self._topic.source(self._service)
         if origin is not self._origin:
             self._origin = origin
