@@ -70,6 +70,7 @@ TABLE: dict[str, Asked] = {
     "GET /v1/workspace?z=0.4": _READ,
     "POST /v1/reach": for_(Operation.READ, body={"points": [[0.5, 1.2, 0.4]]}),
     "GET /v1/me/can": _READ,
+    "GET /v1/examples": _READ,
     "GET /v1/jobs": _READ,
     "GET /v1/jobs/{job}": _READ,
     "GET /v1/jobs/{job}/body": _READ,

@@ -18,7 +18,7 @@ from maya_un.process import computation
 from maya_un.process.computation import JobComputer
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.encoding import to_json
-from maya_un.schema.previews import JobText, ParsedJob, Reach, Reachability, WorkspaceShape
+from maya_un.schema.previews import ExampleJob, JobText, ParsedJob, Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import LOCAL, Caller
 from maya_un.service.reachability import reach_of, reachability_of, shape_of
 from maya_un.values import Joints, Point
@@ -87,6 +87,12 @@ class PreviewService:
     async def format(self, job: object, by: Caller = LOCAL) -> JobText:
         """Return a job as YAML; raises `InvalidJob`, `InvalidRequest`."""
         return await self._computed(by, computation.write_text, job)
+
+    async def examples(self, by: Caller = LOCAL) -> list[ExampleJob]:
+        """Return the example jobs, in the order of their names."""
+        from maya_un.process.spec.examples import example_jobs  # noqa: PLC0415 - it loads yaml
+
+        return await self._computed(by, example_jobs)
 
     async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
         """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
