@@ -146,6 +146,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     take_over: bool = False,
     speed: float = 1.0,
     places: Path | None = None,
+    config_file: Path | None = None,
     journal: Journal | None = None,
     calendar: Calendar | None = None,
     users: Store | None = None,
@@ -155,7 +156,8 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
-    stores taught places; without one they last as long as the stack. `journal` stores the queue and its history, the
+    stores taught places; without one they last as long as the stack. Clients change `config_file` for the next start,
+    if it is given. `journal` stores the queue and its history, the
     events and the audit log; its opener closes it. Its unfinished jobs wait for a user. `calendar` returns dates,
     `users` stores who may sign in. If `recordings` is given, a live stack is recorded. With a `staff` no motion is
     planned in the running loop. A controller that another program owns is refused; with `take_over` it is claimed at
@@ -186,6 +188,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             address=below.address,
             speed=speed,
             places=places,
+            config_file=config_file,
             journal=journal,
             calendar=calendar,
             users=users,
@@ -256,6 +259,7 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
     address: str = SIM,
     speed: float = 1.0,
     places: Path | None = None,
+    config_file: Path | None = None,
     journal: Journal | None = None,
     calendar: Calendar | None = None,
     users: Store | None = None,
@@ -299,6 +303,7 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             recorder=recorder,
             workers=None if staff is None else staff.people,
             twin=twin,
+            config_file=config_file,
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)

@@ -14,9 +14,11 @@ if TYPE_CHECKING:
 
     from maya_un.config.model import AnyZone, Config, ZoneConfig
     from maya_un.schema.bodies import Speed
+    from maya_un.schema.configuration import ConfigCheck, ConfigSchema
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
     from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
     from maya_un.schema.previews import (
+        ExampleJob,
         JobInspection,
         JobPreview,
         JobText,
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
         Reachability,
         WorkspaceShape,
     )
+    from maya_un.schema.recordings import RecordedStates
     from maya_un.schema.robot import (
         EventMessage,
         Health,
@@ -123,6 +126,28 @@ def table() -> Request[TableView]:
 def config() -> Request[Config]:
     """Return all constants of the machine, with the zones of this run."""
     return Request("GET", "/v1/config", Answer("maya_un.config.model", "Config"))
+
+
+def config_schema() -> Request[ConfigSchema]:
+    """Return the settings of the configuration: units, ranges, defaults, and descriptions in every language."""
+    return Request("GET", "/v1/config/schema", Answer("maya_un.schema.configuration", "ConfigSchema"))
+
+
+def check_config(config: object) -> Request[ConfigCheck]:
+    """Check a configuration without writing it.
+
+    Return its mistakes, or its differences from the configuration in force and from the defaults.
+    """
+    return Request("POST", "/v1/config/check", Answer("maya_un.schema.configuration", "ConfigCheck"), body=config)
+
+
+def put_config(config: object) -> Request[ConfigCheck]:
+    """Write the configuration file, for the next start of the program.
+
+    Return its differences from the configuration in force and from the defaults. A file with mistakes is not
+    written. Comments in the file stay where single settings change.
+    """
+    return Request("PUT", "/v1/config", Answer("maya_un.schema.configuration", "ConfigCheck"), body=config)
 
 
 def reach(x: float, y: float, z: float) -> Request[Reach]:
@@ -260,6 +285,11 @@ def inspect(job: object, *, samples: int = 200) -> Request[JobInspection]:
         body=job,
         timeout=120.0,
     )
+
+
+def examples() -> Request[list[ExampleJob]]:
+    """Return the example jobs, with their title and description in every language and their text (YAML)."""
+    return Request("GET", "/v1/examples", Answer("maya_un.schema.previews", "ExampleJob", many=True))
 
 
 def parse(text: object) -> Request[ParsedJob]:
@@ -748,6 +778,46 @@ def save_recording() -> Request[Kept]:
 def recording(name: str) -> Request[bytes]:
     """Return the file of a recording (MCAP)."""
     return Request("GET", f"/v1/recordings/{quoted(name)}", bytes)
+
+
+def recorded_states(
+    name: str, *, from_: float | None = None, to: float | None = None, rate: float | None = None
+) -> Request[RecordedStates]:
+    """Return the states of a recording, with the signals of the controller, as columns.
+
+    If they are more than 20 000, it leaves out every second state, as often as necessary.
+    """
+    return Request(
+        "GET",
+        f"/v1/recordings/{quoted(name)}/states",
+        Answer("maya_un.schema.recordings", "RecordedStates"),
+        query=changed({"from": (from_, None), "to": (to, None), "rate": (rate, None)}),
+        timeout=120.0,
+    )
+
+
+def recorded_events(name: str, *, from_: float | None = None, to: float | None = None) -> Request[list[EventMessage]]:
+    """Return the events of a recording, oldest first, at most 20 000."""
+    return Request(
+        "GET",
+        f"/v1/recordings/{quoted(name)}/events",
+        Answer("maya_un.schema.robot", "EventMessage", many=True),
+        query=changed({"from": (from_, None), "to": (to, None)}),
+        timeout=120.0,
+    )
+
+
+def recorded_table(
+    name: str, *, from_: float | None = None, to: float | None = None, rate: float | None = None
+) -> Request[str]:
+    """Return the states of a recording, with the signals of the controller, as a table (CSV)."""
+    return Request(
+        "GET",
+        f"/v1/recordings/{quoted(name)}/csv",
+        str,
+        query=changed({"from": (from_, None), "to": (to, None), "rate": (rate, None)}),
+        timeout=120.0,
+    )
 
 
 def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLine]]:

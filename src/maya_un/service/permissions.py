@@ -111,6 +111,7 @@ ACTIONS: dict[str, UserAction] = {
     "take lease": UserAction((Operation.LEND, Operation.LEASE)),
     "break lease": UserAction((Operation.BREAK,)),
     "record": UserAction((Operation.RECORD,)),
+    "configure": UserAction((Operation.CONFIGURE,)),
     "back up": UserAction((Operation.BACKUP,)),
     "read audit": UserAction((Operation.AUDIT,)),
     "manage users": UserAction((Operation.USERS,)),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from pathlib import Path
 from typing import Protocol, TypeVar
 
 import maya_un
@@ -37,6 +38,8 @@ from maya_un.schema.robot import HeldJog, Jogged, LinkView, NextStep, Signals, S
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
+from maya_un.service.computing import Computing
+from maya_un.service.configuring import ConfigService
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.people import LeaseService, UserService
@@ -67,7 +70,8 @@ class Service:
 
     `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
     book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
-    computed in `workers`, if given. `twin` has the parts of a twin in this process.
+    computed in `workers`, if given. `twin` has the parts of a twin in this process. The configuration of the next start
+    is written to `config_file`, if given.
     """
 
     def __init__(  # noqa: PLR0913 - every part of the service is a parameter
@@ -84,6 +88,7 @@ class Service:
         recorder: Recorder | None = None,
         workers: Workers | None = None,
         twin: TwinParts | None = None,
+        config_file: Path | None = None,
     ) -> None:
         kept = PoseStore(controller.mechanism) if book is None else book
         self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -101,8 +106,9 @@ class Service:
         self.entrance = shared
         self.queue = QueueService(process, shared.lease)
         self.lease = LeaseService(shared, self._held.halt)
-        self.recorder = RecordingService(recorder)
+        self.recorder = RecordingService(recorder, workers)
         self.users = UserService(shared, self._rights_ended)
+        self.configuring = ConfigService(config, config_file, Computing(workers))
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 
     async def submit(

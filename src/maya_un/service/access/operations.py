@@ -100,6 +100,7 @@ class Operation(StrEnum):
     LEND = "drive"
     BREAK = "break"
     RECORD = "record"
+    CONFIGURE = "configure"
     BACKUP = "backup"
     AUDIT = "audit"
     USERS = "users"
@@ -142,6 +143,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.ZONES: AccessRule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),
     Operation.GRAPH: AccessRule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
     Operation.BREAK: AccessRule(Role.ADMIN, meaning="take the lease from its holder"),
+    Operation.CONFIGURE: AccessRule(Role.ADMIN, meaning="change the configuration of the next start"),
     Operation.BACKUP: AccessRule(Role.ADMIN, meaning="back up the queue and its history"),
     Operation.AUDIT: AccessRule(Role.ADMIN, meaning="read the audit log"),
     Operation.USERS: AccessRule(Role.ADMIN, meaning="manage users and tokens"),
