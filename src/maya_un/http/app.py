@@ -16,6 +16,7 @@ from maya_un.http.connections import Rights
 from maya_un.http.exchange import on_validation_error
 from maya_un.http.metrics import Metrics
 from maya_un.http.middleware import OriginPolicy, RequestGuard
+from maya_un.http.routes.diagnosis import add_diagnosis
 from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks, add_texts
 from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
 from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add_zones
@@ -74,4 +75,5 @@ def all_routes() -> Routes:
     add_tokens(routes)
     add_recordings(routes)
     add_keeping(routes)
+    add_diagnosis(routes)
     return routes

@@ -356,7 +356,7 @@ T = TypeVar("T")
 OnAudit = Callable[[Caller, Operation, int, str], None]
 """Called for every passed or refused operation, with the error code or 0, and its subject."""
 
-QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW})
+QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW, Operation.DIAGNOSE})
 """Operations that the audit log leaves out, because they change nothing."""
 
 

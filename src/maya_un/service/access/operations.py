@@ -102,6 +102,7 @@ class Operation(StrEnum):
     RECORD = "record"
     BACKUP = "backup"
     AUDIT = "audit"
+    DIAGNOSE = "diagnose"
     USERS = "users"
     ME = "me"
 
@@ -131,6 +132,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.LEND: AccessRule(Role.OPERATOR, meaning="take the lease, offer it to another user"),
     Operation.TEACH: AccessRule(Role.OPERATOR, meaning="teach poses and pallets"),
     Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and download recordings"),
+    Operation.DIAGNOSE: AccessRule(Role.OPERATOR, meaning="read the log, and check the computer and the configuration"),
     Operation.COMMAND: AccessRule(Role.STUDENT, drives=True, meaning="run one primitive now"),
     Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
     Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="resume after a pause"),
