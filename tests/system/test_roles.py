@@ -119,6 +119,7 @@ TABLE: dict[str, Asked] = {
     "POST /v1/recordings": for_(Operation.RECORD),
     "GET /v1/recordings/{name}": for_(Operation.RECORD),
     "GET /v1/logs?level=error&limit=3": for_(Operation.DIAGNOSE),
+    "GET /v1/doctor": for_(Operation.DIAGNOSE),
     "GET /v1/audit": for_(Operation.AUDIT),
     "POST /v1/backup": for_(Operation.BACKUP),
     "GET /v1/users": for_(Operation.USERS),

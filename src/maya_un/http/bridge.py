@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import TypeVar
 
 from maya_un.cancellation import cancel_once, run_to_rest
@@ -62,6 +63,7 @@ class Bridge:
     single user: every caller is `LOCAL`, and no audit log is written. `parts` returns the positions of the twin's
     parts; it is None on a real machine. `journal` is the stored queue, for its health. `past` limits the share of the
     server's loop for all readers of the past together. `missing` returns the errors of missing layers, in any thread.
+    `config_file` is the configuration file that the user has named. `checking` is locked while the host is checked.
     """
 
     def __init__(
@@ -74,6 +76,7 @@ class Bridge:
         callers: Callers | None = None,
         journal: Journal | None = None,
         missing: Callable[[], Sequence[MayaError]] = list[MayaError],
+        config_file: Path | None = None,
     ) -> None:
         self._loop = loop
         self._service = service
@@ -82,7 +85,9 @@ class Bridge:
         self.parts = parts
         self.journal = journal
         self.missing = missing
+        self.config_file = config_file
         self.past = LoopShare()
+        self.checking = asyncio.Lock()
 
     async def caller(
         self,

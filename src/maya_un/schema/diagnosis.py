@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from enum import StrEnum
+from typing import Any, Literal, TypeAlias, get_args
 
 LogLevel = Literal["debug", "info", "warning", "error", "critical"]
 
@@ -28,3 +29,42 @@ class LogEntry:
     run: int = 0
     seq: int = 0
     detail: Mapping[str, Any] = field(default_factory=dict[str, Any])
+
+
+CheckName: TypeAlias = Literal[
+    "configuration", "service", "version", "robot", "lease", "queue", "controller", "owner", "torque", "firmware",
+    "handles", "limits", "program", "motors", "memory", "controller clock", "storage", "disk", "ports", "clock",
+    "certificate", "ROS", "supervisors",
+]  # fmt: skip
+"""Names of checks in the terminal and in JSON."""
+
+
+class FindingOutcome(StrEnum):
+    """The outcome of a check: good, a warning, or a failure; `skipped` was not checked."""
+
+    OK = "ok"
+    WARN = "warn"
+    FAIL = "fail"
+    SKIPPED = "skipped"
+
+
+@dataclass(frozen=True, slots=True)
+class FoundByDoctor:
+    """The result of a `check`: its `meaning` and its `remedy`, "" for none, in the language of the reader.
+
+    `key` names the text and is the same in every language; `details` are the values in it.
+    """
+
+    check: CheckName
+    outcome: FindingOutcome
+    key: str
+    meaning: str
+    remedy: str
+    details: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """The results of all checks, in the order in which they were made."""
+
+    findings: tuple[FoundByDoctor, ...]

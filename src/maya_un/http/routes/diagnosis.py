@@ -1,21 +1,29 @@
-"""Routes by which users find out what is wrong: the log."""
+"""Routes by which users find out what is wrong: the log, and the checks of `maya doctor`."""
 
 from __future__ import annotations
 
 import asyncio
+import os
 from pathlib import Path
 from typing import Annotated
 
 from fastapi import Query, Response
 
+from maya_un.config import Config
 from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.http.exchange import answer
-from maya_un.http.log import log_path
+from maya_un.http.log import log_path, written_down
 from maya_un.http.log_reader import MOST_ENTRIES, newest, utc
 from maya_un.http.request_context import Ask
-from maya_un.http.routing import Routes
-from maya_un.schema.diagnosis import LogEntry, LogLevel
-from maya_un.service.access.operations import Operation
+from maya_un.http.routes.system import readiness
+from maya_un.http.routing import AT_REST, Routes
+from maya_un.schema.diagnosis import Diagnosis, LogEntry, LogLevel
+from maya_un.schema.encoding import to_data
+from maya_un.service.access.operations import Caller, Operation
+from maya_un.service.doctor import host
+from maya_un.service.doctor import robot as doctor_robot
+from maya_un.service.doctor.finding import Finding, guarded
+from maya_un.service.doctor.words import message
 from maya_un.service.service import Service
 
 _DIAGNOSIS = "diagnosis"
@@ -23,7 +31,7 @@ _DATE = "only entries from this date on (ISO 8601); without a zone it is in the 
 
 
 def add_diagnosis(routes: Routes) -> None:
-    """Add the route for the log."""
+    """Add the routes for the log and for the checks."""
 
     @routes.add(
         "GET",
@@ -45,6 +53,32 @@ def add_diagnosis(routes: Routes) -> None:
         path = await ask(_log)
         async with ask.bridge.past.turn():
             return answer(await asyncio.to_thread(newest, path, limit, begin, level))
+
+    @routes.add(
+        "GET", "/v1/doctor", Operation.DIAGNOSE, tag=_DIAGNOSIS, gives=Diagnosis, client="doctor", patience=AT_REST
+    )
+    async def doctor(ask: Ask) -> Response:
+        """Check the robot, the queue, the configuration and the computer; nothing moves and nothing is changed."""
+        of_robot, config = await ask(lambda service: _looked_at(service, ask.caller))
+        reasons = (await readiness(ask.bridge, ask.language)).reasons
+        ready = doctor_robot.readiness(reason.message for reason in reasons)
+        async with ask.bridge.checking:
+            named = ask.bridge.config_file
+            of_host = await asyncio.to_thread(_checked, named, config, ask.language)
+        found = (*ready, *of_robot, *of_host)
+        return answer(Diagnosis(tuple(message(finding, ask.language) for finding in found)))
+
+
+async def _looked_at(service: Service, by: Caller) -> tuple[list[Finding], Config]:
+    """Return the results of the checks of the robot, and the configuration that applies."""
+    views = (await service.status(), await service.lease.view(by), service.queue.view())
+    looks = (doctor_robot.robot, doctor_robot.lease, doctor_robot.queue)
+    found = [finding for look, view in zip(looks, views, strict=True) for finding in look(to_data(view))]
+    return found, service.config()
+
+
+def _checked(named: Path | None, config: Config, language: str) -> list[Finding]:
+    return list(guarded(host.looks(named, config, language, os.getpid()), written_down))
 
 
 async def _log(_service: Service) -> Path:
