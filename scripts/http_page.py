@@ -128,6 +128,7 @@ TITLES = {
     "users": "Users and tokens",
     "recordings": "Recordings",
     "diagnosis": "Diagnosis",
+    "twin": "Faults of the twin",
     "keeping": "For administrators",
     "server": "The server",
 }

@@ -32,6 +32,7 @@ from maya_un.service import previews
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.users import Calendar, FileStore, Store
 from maya_un.service.service import Gate, Service
+from maya_un.service.twin import FaultInjector
 from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 
@@ -58,6 +59,13 @@ class Twin:
     def parts(self) -> dict[str, Point]:
         """Present positions of the parts, by their grasp points [m]."""
         return {name: Point(*place) for name, place in self.mechanics.parts.items()}
+
+    @property
+    def faults(self) -> FaultInjector:
+        """The faults of the controller."""
+        from maya_un.machine.faults import TwinFaultInjector  # noqa: PLC0415
+
+        return TwinFaultInjector(self.controller.faults)
 
     @property
     def carried(self) -> str | None:
@@ -191,6 +199,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             users=users,
             recorder=below.recorder,
             staff=staff,
+            faults=None if below.twin is None else below.twin.faults,
         ) as above:
             yield Stack(
                 above.process,
@@ -260,11 +269,12 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
     users: Store | None = None,
     recorder: Recorder | None = None,
     staff: WorkerSet | None = None,
+    faults: FaultInjector | None = None,
 ) -> AsyncIterator[ProcessAssembly]:
     """Connect the process layer and its service to any robot and controller for the length of the block.
 
-    They may run in this process or at the other end of a graph. The other parameters are as in `stack`. Raises
-    `StorageFailed` if the journal's unfinished jobs cannot be restored.
+    They may run in this process or at the other end of a graph. `faults` are those of a twin. The other parameters
+    are as in `stack`. Raises `StorageFailed` if the journal's unfinished jobs cannot be restored.
     """
     book = PoseStore(controller.mechanism, places)
     lease = ControlLease(controller.events, speed)
@@ -296,6 +306,7 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             entrance=entrance,
             recorder=recorder,
             workers=None if staff is None else staff.people,
+            faults=faults,
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)

@@ -23,6 +23,7 @@ from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add
 from maya_un.http.routes.queue import add_ordering, add_queue, add_recovery
 from maya_un.http.routes.robot import add_moving
 from maya_un.http.routes.system import add_keeping, add_reading, add_recordings, add_system
+from maya_un.http.routes.twin import add_twin
 from maya_un.http.routing import Routes
 from maya_un.http.stream.server import add_stream
 
@@ -76,4 +77,5 @@ def all_routes() -> Routes:
     add_recordings(routes)
     add_keeping(routes)
     add_diagnosis(routes)
+    add_twin(routes)
     return routes

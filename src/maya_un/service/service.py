@@ -44,6 +44,7 @@ from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone
 from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
 from maya_un.service.reachability import reach_of
+from maya_un.service.twin import FaultInjector, TwinService
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
 
@@ -53,7 +54,7 @@ class Service:
 
     `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
     book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
-    computed in `workers`, if given.
+    computed in `workers`, if given. `faults` are those of a twin.
     """
 
     def __init__(  # noqa: PLR0913 - every part of the service is a parameter
@@ -69,6 +70,7 @@ class Service:
         entrance: AccessControl | None = None,
         recorder: Recorder | None = None,
         workers: Workers | None = None,
+        faults: FaultInjector | None = None,
     ) -> None:
         kept = PoseStore(controller.mechanism) if book is None else book
         self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -87,6 +89,7 @@ class Service:
         self.lease = LeaseService(shared, self._held.halt)
         self.recorder = RecordingService(recorder)
         self.users = UserService(shared, self._rights_ended)
+        self.twin = TwinService(faults)
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 
     async def submit(

@@ -103,6 +103,7 @@ class Operation(StrEnum):
     BACKUP = "backup"
     AUDIT = "audit"
     DIAGNOSE = "diagnose"
+    INJECT = "inject"
     USERS = "users"
     ME = "me"
 
@@ -133,6 +134,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.TEACH: AccessRule(Role.OPERATOR, meaning="teach poses and pallets"),
     Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and download recordings"),
     Operation.DIAGNOSE: AccessRule(Role.OPERATOR, meaning="read the log, and check the computer and the configuration"),
+    Operation.INJECT: AccessRule(Role.OPERATOR, meaning="inject faults into the twin"),
     Operation.COMMAND: AccessRule(Role.STUDENT, drives=True, meaning="run one primitive now"),
     Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
     Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="resume after a pause"),
