@@ -128,6 +128,7 @@ TITLES = {
     "users": "Users and tokens",
     "recordings": "Recordings",
     "diagnosis": "Diagnosis",
+    "calibration": "Calibration",
     "twin": "Faults of the twin",
     "keeping": "For administrators",
     "server": "The server",

@@ -163,12 +163,13 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
-    stores taught places; without one they last as long as the stack. `journal` stores the queue and its history, the
-    events and the audit log; its opener closes it. Its unfinished jobs wait for a user. `calendar` returns dates,
-    `users` stores who may sign in. If `recordings` is given, a live stack is recorded. With a `staff` no motion is
-    planned in the running loop. A controller that another program owns is refused; with `take_over` it is claimed at
-    rest. Raises the errors of connecting (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`,
-    `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`), and `MarkerMissing` if `skip_home` finds no mark.
+    stores taught places; without one they last as long as the stack. Points of a calibration are stored beside it.
+    `journal` stores the queue and its history, the events and the audit log; its opener closes it. Its unfinished jobs
+    wait for a user. `calendar` returns dates, `users` stores who may sign in. If `recordings` is given, a live stack is
+    recorded. With a `staff` no motion is planned in the running loop. A controller that another program owns is
+    refused; with `take_over` it is claimed at rest. Raises the errors of connecting
+    (`ConnectFailed`, `LinkTimeout`, `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`,
+    `GuardBlocked`), and `MarkerMissing` if `skip_home` finds no mark.
     """
     async with controller_layer(
         config,
@@ -307,6 +308,7 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             recorder=recorder,
             workers=None if staff is None else staff.people,
             faults=faults,
+            measured_points=None if places is None else places.with_name("calibration.csv"),
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)

@@ -26,8 +26,8 @@ class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
     """No task or job has this number."""
 
-    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue"]
-    number: int | str | Literal["now", "on a real machine", "with `--journal memory`"]
+    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue", "measured point"]
+    number: int | str | Literal["now", "here", "on a real machine", "with `--journal memory`"]
 
 
 class SpeedOnRealMachine(

@@ -16,6 +16,7 @@ from maya_un.http.connections import Rights
 from maya_un.http.exchange import on_validation_error
 from maya_un.http.metrics import Metrics
 from maya_un.http.middleware import OriginPolicy, RequestGuard
+from maya_un.http.routes.calibration import add_calibration
 from maya_un.http.routes.diagnosis import add_diagnosis
 from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks, add_texts
 from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
@@ -77,5 +78,6 @@ def all_routes() -> Routes:
     add_recordings(routes)
     add_keeping(routes)
     add_diagnosis(routes)
+    add_calibration(routes)
     add_twin(routes)
     return routes

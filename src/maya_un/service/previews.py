@@ -20,6 +20,7 @@ from maya_un.robot.plan_builder import Pose
 from maya_un.schema.encoding import to_json
 from maya_un.schema.previews import JobText, ParsedJob, Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import LOCAL, Caller
+from maya_un.service.computing import computed, whose
 from maya_un.service.reachability import reach_of, reachability_of, shape_of
 from maya_un.values import Joints, Point
 from maya_un.workers import Work, Workers
@@ -111,21 +112,14 @@ class PreviewService:
     async def _told(self, by: Caller, work: Work[..., None], *args: object) -> bytes:
         """Return the joined pieces of an answer."""
         assert self._workers is not None
-        answer = await self._workers.run(work, self._controller.workspace, *args, whose=_whose(by))
+        answer = await self._workers.run(work, self._controller.workspace, *args, whose=whose(by))
         return b"".join(answer.parts)
 
     async def _asked(self, by: Caller, work: Work[..., T], *args: object) -> T:
         return await self._computed(by, work, self._controller.workspace, *args)
 
     async def _computed(self, by: Caller, work: Work[..., T], *args: object) -> T:
-        if self._workers is not None:
-            return (await self._workers.run(work, *args, whose=_whose(by))).value
-        here = work(*args)
-        while True:
-            try:
-                next(here)
-            except StopIteration as end:
-                return end.value
+        return await computed(self._workers, by, work, *args)
 
 
 def require_samples(samples: int) -> None:
@@ -182,7 +176,3 @@ def ik(workspace: Workspace, point: Point) -> Generator[None, None, Joints]:
 def _pieces(data: bytes) -> Generator[bytes, None, None]:
     for begin in range(0, len(data), _PIECE):
         yield data[begin : begin + _PIECE]
-
-
-def _whose(by: Caller) -> str:
-    return f"{by.name} {by.source}"

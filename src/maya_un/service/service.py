@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from pathlib import Path
 from typing import TypeVar
 
 import maya_un
@@ -37,6 +38,7 @@ from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
+from maya_un.service.calibration.service import CalibrationService
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.people import LeaseService, UserService
@@ -54,7 +56,8 @@ class Service:
 
     `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
     book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
-    computed in `workers`, if given. `faults` are those of a twin.
+    computed in `workers`, if given. `faults` are those of a twin. The points of a calibration are in the file
+    `measured_points`.
     """
 
     def __init__(  # noqa: PLR0913 - every part of the service is a parameter
@@ -71,6 +74,7 @@ class Service:
         recorder: Recorder | None = None,
         workers: Workers | None = None,
         faults: FaultInjector | None = None,
+        measured_points: Path | None = None,
     ) -> None:
         kept = PoseStore(controller.mechanism) if book is None else book
         self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -90,6 +94,7 @@ class Service:
         self.recorder = RecordingService(recorder)
         self.users = UserService(shared, self._rights_ended)
         self.twin = TwinService(faults)
+        self.calibration = CalibrationService(measured_points, controller, config, workers)
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 
     async def submit(

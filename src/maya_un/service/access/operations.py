@@ -104,6 +104,7 @@ class Operation(StrEnum):
     AUDIT = "audit"
     DIAGNOSE = "diagnose"
     INJECT = "inject"
+    CALIBRATE = "calibrate"
     USERS = "users"
     ME = "me"
 
@@ -135,6 +136,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and download recordings"),
     Operation.DIAGNOSE: AccessRule(Role.OPERATOR, meaning="read the log, and check the computer and the configuration"),
     Operation.INJECT: AccessRule(Role.OPERATOR, meaning="inject faults into the twin"),
+    Operation.CALIBRATE: AccessRule(Role.OPERATOR, meaning="collect points of a calibration, and fit to them"),
     Operation.COMMAND: AccessRule(Role.STUDENT, drives=True, meaning="run one primitive now"),
     Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
     Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="resume after a pause"),
