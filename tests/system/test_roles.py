@@ -129,6 +129,7 @@ TABLE: dict[str, Asked] = {
     "PUT /v1/twin/faults/{name}": for_(Operation.INJECT, body={"seconds": 1.0}),
     "DELETE /v1/twin/faults/{name}": for_(Operation.INJECT),
     "DELETE /v1/twin/faults": for_(Operation.INJECT),
+    "POST /v1/terminal": for_(Operation.TERMINAL, body={"command": "TP"}),
     "GET /v1/audit": for_(Operation.AUDIT),
     "POST /v1/backup": for_(Operation.BACKUP),
     "GET /v1/users": for_(Operation.USERS),

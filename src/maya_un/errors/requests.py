@@ -418,3 +418,14 @@ class EdgeNotInstalled(
     """`maya up` should start an edge whose entry point is missing, as in an installation of an older version."""
 
     edge: str
+
+
+class TerminalReadsOnly(
+    RequestError,
+    code=4056,
+    en="{command!r} is not known as one command that only reads, so it was not sent. Send one command such as TP, "
+    "`KP ?` or `MG _TPA`. To change the controller, end `maya up` and use `maya dmc terminal`.",
+):
+    """The terminal of a running robot sends only commands that read: others could endanger motion."""
+
+    command: str

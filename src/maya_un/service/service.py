@@ -19,7 +19,7 @@ from maya_un.config import Config
 from maya_un.config.model import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Busy, Cancelled, InternalError, LeaseLost, MayaError, Stopped
+from maya_un.errors import Busy, Cancelled, CommandRejected, InternalError, LeaseLost, MayaError, Stopped
 from maya_un.events import Event
 from maya_un.motion.move import CoordinatedMove
 from maya_un.process.journal.protocol import JobOptions, RequestOwner
@@ -34,7 +34,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
-from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status
+from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status, TerminalReply
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
@@ -49,6 +49,9 @@ from maya_un.service.reachability import reach_of
 from maya_un.service.twin import FaultInjector, TwinService
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
+
+MOST_REPLY = 20_000
+"""Maximum length of an answer in the terminal [characters]."""
 
 
 class Service:
@@ -85,6 +88,7 @@ class Service:
         self._config = config
         self._address = address
         self._speed = speed
+        self._terminal = asyncio.Lock()
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
         self.direct = DirectCommands(process, robot, controller, self._held.halt)
         shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
@@ -248,6 +252,19 @@ class Service:
     def link(self) -> LinkView:
         """Return the quality of the link to the controller."""
         return self._controller.link(self._speed)
+
+    async def interrogate(self, command: str) -> TerminalReply:
+        """Return the controller's answer to a command that only reads, also while a motion or a job runs.
+
+        Such commands are sent one after another. Raises `TerminalReadsOnly` for any other text, `NotConnected`, and
+        `NotOverRos` where another process has the controller.
+        """
+        async with self._terminal:
+            try:
+                reply = await self._controller.interrogate(command)
+            except CommandRejected as error:
+                return TerminalReply(command, "", int(str(error.details["tc"])), str(error.details["reason"]))
+        return TerminalReply(command, reply[:MOST_REPLY])
 
     @property
     def move(self) -> CoordinatedMove | None:

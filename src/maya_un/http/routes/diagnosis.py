@@ -1,4 +1,4 @@
-"""Routes by which users find out what is wrong: the log, and the checks of `maya doctor`."""
+"""Routes by which users find out what is wrong: the log, the checks of `maya doctor`, and a terminal."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from typing import Annotated
 from fastapi import Query, Response
 
 from maya_un.config import Config
-from maya_un.errors import FileUnreadable, InvalidValue
-from maya_un.http.exchange import answer
+from maya_un.errors import FileUnreadable, InvalidValue, NotConnected, NotOverRos, TerminalReadsOnly
+from maya_un.http.exchange import answer, sent
 from maya_un.http.log import log_path, written_down
 from maya_un.http.log_reader import MOST_ENTRIES, newest, utc
 from maya_un.http.request_context import Ask
 from maya_un.http.routes.system import readiness
 from maya_un.http.routing import AT_REST, Routes
+from maya_un.schema.bodies import ControllerCommand
 from maya_un.schema.diagnosis import Diagnosis, LogEntry, LogLevel
 from maya_un.schema.encoding import to_data
+from maya_un.schema.robot import TerminalReply
 from maya_un.service.access.operations import Caller, Operation
 from maya_un.service.doctor import host
 from maya_un.service.doctor import robot as doctor_robot
@@ -26,12 +28,14 @@ from maya_un.service.doctor.finding import Finding, guarded
 from maya_un.service.doctor.words import message
 from maya_un.service.service import Service
 
+CommandBody = Annotated[ControllerCommand, sent(ControllerCommand)]
+
 _DIAGNOSIS = "diagnosis"
 _DATE = "only entries from this date on (ISO 8601); without a zone it is in the local time of the service"
 
 
 def add_diagnosis(routes: Routes) -> None:
-    """Add the routes for the log and for the checks."""
+    """Add the routes for the log, the checks and the terminal."""
 
     @routes.add(
         "GET",
@@ -67,6 +71,24 @@ def add_diagnosis(routes: Routes) -> None:
             of_host = await asyncio.to_thread(_checked, named, config, ask.language)
         found = (*ready, *of_robot, *of_host)
         return answer(Diagnosis(tuple(message(finding, ask.language) for finding in found)))
+
+    @routes.add(
+        "POST",
+        "/v1/terminal",
+        Operation.TERMINAL,
+        tag=_DIAGNOSIS,
+        gives=TerminalReply,
+        refuses=(TerminalReadsOnly, NotConnected, NotOverRos),
+        examples={"encoder positions": {"command": "TP"}, "a gain": {"command": "KPA=?"}},
+        client="interrogate",
+    )
+    async def interrogate(ask: Ask, body: CommandBody) -> Response:
+        """Send the controller one command that only reads, and return its answer.
+
+        `TP A`, `KP ?`, `MG _TPA` and `speed=?` read; commands that change something are refused (4056).
+        """
+        command = body.command
+        return answer(await ask(lambda service: service.interrogate(command), subject=command))
 
 
 async def _looked_at(service: Service, by: Caller) -> tuple[list[Finding], Config]:
