@@ -130,6 +130,7 @@ TABLE: dict[str, Asked] = {
     "DELETE /v1/twin/faults/{name}": for_(Operation.INJECT),
     "DELETE /v1/twin/faults": for_(Operation.INJECT),
     "POST /v1/terminal": for_(Operation.TERMINAL, body={"command": "TP"}),
+    "GET /v1/scope?seconds=2&signal=a": _READ,
     "GET /v1/audit": for_(Operation.AUDIT),
     "POST /v1/backup": for_(Operation.BACKUP),
     "GET /v1/users": for_(Operation.USERS),

@@ -1,4 +1,4 @@
-"""Routes by which users find out what is wrong: the log, the checks of `maya doctor`, and a terminal."""
+"""Routes by which users find out what is wrong: the log, the checks of `maya doctor`, a terminal, a scope."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated
 from fastapi import Query, Response
 
 from maya_un.config import Config
-from maya_un.errors import FileUnreadable, InvalidValue, NotConnected, NotOverRos, TerminalReadsOnly
+from maya_un.errors import FileUnreadable, InvalidValue, NotConnected, NotOverRos, TerminalReadsOnly, UnknownName
 from maya_un.http.exchange import answer, sent
 from maya_un.http.log import log_path, written_down
 from maya_un.http.log_reader import MOST_ENTRIES, newest, utc
@@ -21,6 +21,7 @@ from maya_un.schema.bodies import ControllerCommand
 from maya_un.schema.diagnosis import Diagnosis, LogEntry, LogLevel
 from maya_un.schema.encoding import to_data
 from maya_un.schema.robot import TerminalReply
+from maya_un.schema.scope import ScopeView
 from maya_un.service.access.operations import Caller, Operation
 from maya_un.service.doctor import host
 from maya_un.service.doctor import robot as doctor_robot
@@ -31,11 +32,16 @@ from maya_un.service.service import Service
 CommandBody = Annotated[ControllerCommand, sent(ControllerCommand)]
 
 _DIAGNOSIS = "diagnosis"
+_SIGNAL = "a column besides the time; may be repeated, by default all"
+
+LONGEST_SCOPE = 300.0
+"""Longest duration of one answer [s]."""
+
 _DATE = "only entries from this date on (ISO 8601); without a zone it is in the local time of the service"
 
 
 def add_diagnosis(routes: Routes) -> None:
-    """Add the routes for the log, the checks and the terminal."""
+    """Add the routes for the log, the checks, the terminal and the scope."""
 
     @routes.add(
         "GET",
@@ -89,6 +95,25 @@ def add_diagnosis(routes: Routes) -> None:
         """
         command = body.command
         return answer(await ask(lambda service: service.interrogate(command), subject=command))
+
+    @routes.add(
+        "GET",
+        "/v1/scope",
+        Operation.READ,
+        tag=_DIAGNOSIS,
+        gives=ScopeView,
+        refuses=(UnknownName,),
+        client="scope",
+    )
+    async def scope(
+        ask: Ask,
+        seconds: Annotated[float, Query(gt=0, le=LONGEST_SCOPE, description="duration until now [s]")] = 20.0,
+        rate: Annotated[float, Query(gt=0, le=100, description="greatest number of states a second [Hz]")] = 20.0,
+        signal: Annotated[list[str], Query(max_length=64, description=_SIGNAL)] = [],  # noqa: B006
+    ) -> Response:
+        """Return the last seconds of the states in memory as columns, each with its unit, for plots."""
+        async with ask.bridge.past.turn():
+            return answer(await ask(lambda service: service.recorder.scope(seconds, rate, signal)))
 
 
 async def _looked_at(service: Service, by: Caller) -> tuple[list[Finding], Config]:
