@@ -13,6 +13,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from pydantic import TypeAdapter
+
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.openapi import document
@@ -62,7 +64,7 @@ def api() -> str:
 
 
 def _topic(gives: Any) -> str:
-    return re.sub(r"\bNone\b", "null", getattr(gives, "__name__", "") or str(gives).replace("maya_un.schema.robot.", ""))
+    return _type(TypeAdapter(gives).json_schema(ref_template=f"{REFERENCE}{{model}}", mode="serialization"))
 
 
 def _operations(data: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
@@ -98,20 +100,25 @@ def _key(key: str) -> str:
     return key if key.isidentifier() else json.dumps(key)
 
 
-def _type(schema: Mapping[str, Any] | bool) -> str:  # noqa: PLR0911 - one return for each kind of schema
+def _type(schema: Mapping[str, Any] | bool) -> str:
     if isinstance(schema, bool):
         return "unknown"
+    return _composed(schema) or _plain(schema)
+
+
+def _composed(schema: Mapping[str, Any]) -> str:
+    """Return the type of a reference, of constants or of a combination of schemas, "" for any other schema."""
     if "$ref" in schema:
-        return schema["$ref"].removeprefix(REFERENCE)
-    if "enum" in schema:
-        return " | ".join(json.dumps(value) for value in schema["enum"])
-    if "const" in schema:
-        return json.dumps(schema["const"])
-    for several in ("anyOf", "oneOf"):
+        return str(schema["$ref"]).removeprefix(REFERENCE)
+    if "enum" in schema or "const" in schema:
+        return " | ".join(json.dumps(value) for value in schema.get("enum", [schema.get("const")]))
+    for several, joint in (("anyOf", " | "), ("oneOf", " | "), ("allOf", " & ")):
         if several in schema:
-            return " | ".join(dict.fromkeys(_type(one) for one in schema[several]))
-    if "allOf" in schema:
-        return " & ".join(_type(one) for one in schema["allOf"])
+            return joint.join(dict.fromkeys(_type(one) for one in schema[several]))
+    return ""
+
+
+def _plain(schema: Mapping[str, Any]) -> str:
     kind = schema.get("type")
     if isinstance(kind, list):
         return " | ".join(_type({**schema, "type": one}) for one in kind)
@@ -122,9 +129,9 @@ def _type(schema: Mapping[str, Any] | bool) -> str:  # noqa: PLR0911 - one retur
             return f"({_type(schema.get('items', True))})[]"
         case "object":
             return "".join(_object(schema))
-        case "integer" | "number":
+        case "integer":
             return "number"
-        case "string" | "boolean" | "null":
+        case "number" | "string" | "boolean" | "null":
             return str(kind)
         case _:
             return "unknown"

@@ -10,7 +10,7 @@ from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner, name_of
 from maya_un.controller.protocol import Inspection, OnVia, Preview
-from maya_un.errors import Busy, MayaError, Stopped
+from maya_un.errors import Busy, MayaError, NotOverRos, Stopped
 from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone, OutputCleared, OutputSet
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
@@ -87,6 +87,10 @@ class FakeController:
 
     def signals(self) -> None:
         """Nothing: another node has them."""
+
+    async def interrogate(self, command: str) -> str:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="terminal")
 
     def link(self, speed: float) -> LinkView:
         """Return whether the controller is connected; the quality of the link is known to its node alone."""

@@ -36,6 +36,14 @@ class RobotMethods:
     resume = Verb(requests.resume)
     speed = Verb(requests.speed)
     recover = Verb(requests.recover)
+    logs = Verb(requests.logs)
+    doctor = Verb(requests.doctor)
+    interrogate = Verb(requests.interrogate)
+    scope = Verb(requests.scope)
+    twin_faults = Verb(requests.twin_faults)
+    inject_fault = Verb(requests.inject_fault)
+    clear_fault = Verb(requests.clear_fault)
+    clear_faults = Verb(requests.clear_faults)
 
 
 class QueueMethods:

@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 
 from dmc41x3.driver import Driver
+from dmc41x3.language.reading import only_reads
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.controller.command_slot import RunningCommand
@@ -30,6 +31,7 @@ from maya_un.errors import (
     OwnershipLost,
     PositionNotKept,
     Stopped,
+    TerminalReadsOnly,
 )
 from maya_un.events import (
     EventLog,
@@ -147,6 +149,15 @@ class GalilController:
     def signals(self) -> Signals | None:
         """Return the signals in the latest record, None while disconnected."""
         return self._monitor.signals()
+
+    async def interrogate(self, command: str) -> str:
+        """Return the controller's answer to a command that only reads, which needs no ownership and no slot.
+
+        Raises `TerminalReadsOnly` for any other text, `CommandRejected`, `NotConnected`, and the loss of the link.
+        """
+        if not only_reads(command):
+            raise TerminalReadsOnly(command=command)
+        return await self._monitor.link.driver.exact(command)
 
     def link(self, speed: float) -> LinkView:
         """Return the quality of the link, in real time; the loop's clock runs at `speed` times real time."""

@@ -290,6 +290,13 @@ class Controller(Protocol):
         """Return signals of the controller; None while disconnected, and where only another process has them."""
         ...
 
+    async def interrogate(self, command: str) -> str:
+        """Return the answer of the motion controller to a command of its language that only reads; it may have lines.
+
+        Raises `TerminalReadsOnly` for any other text, `CommandRejected`, `NotConnected`, and the loss of the link.
+        """
+        ...
+
     def link(self, speed: float) -> LinkView:
         """Return the quality of the link, in real time; the loop's clock runs at `speed` times real time."""
         ...

@@ -127,6 +127,14 @@ class Points:
 
 
 @dataclass(frozen=True, slots=True)
+class ControllerCommand:
+    """One command in the controller's language, which only reads."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    command: Annotated[str, Field(min_length=1, max_length=80)]
+
+
+@dataclass(frozen=True, slots=True)
 class Speed:
     """The factor on the speed of all motion."""
 

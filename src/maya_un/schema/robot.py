@@ -219,3 +219,16 @@ class Health:
 
     status: Literal["ok"]
     version: str
+
+
+@dataclass(frozen=True, slots=True)
+class TerminalReply:
+    """The answer of the controller to a `command`: its lines, or its error `code` (TC1) with the `reason`.
+
+    `code` is 0 for an accepted command. A longer `reply` is cut off at 20 000 characters.
+    """
+
+    command: str
+    reply: str
+    code: int = 0
+    reason: str = ""

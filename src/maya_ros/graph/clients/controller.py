@@ -225,6 +225,10 @@ class GraphController:
     def signals(self) -> None:
         """Nothing: another node has them."""
 
+    async def interrogate(self, command: str) -> str:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="terminal")
+
     def link(self, speed: float) -> LinkView:
         """Return whether the controller is connected; the quality of the link is known to its node alone."""
         return LinkView(self.state.mode is not Mode.DISCONNECTED)

@@ -380,7 +380,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         running.controller.events.heard_by(log.note_event)
         running.controller.tap(metrics.timer(robot.speed))
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
-        bridge = _bridge(running)
+        bridge = _bridge(running, settings)
         app = create_app(bridge, options.remote.edge(), metrics)
         add_dashboard(app)
         ending = ShutdownRequest(finish=options.finish)
@@ -465,13 +465,14 @@ def _greeting(running: Stack, robot: _Robot, url: str, at: _UpListeners, refusal
     return StartupBanner(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
 
 
-def _bridge(running: Stack) -> Bridge:
+def _bridge(running: Stack, settings: OutputSettings) -> Bridge:
     return Bridge(
         asyncio.get_running_loop(),
         running.service,
         gate=running.gate,
         callers=running.entrance.callers,
         journal=running.journal,
+        config_file=None if settings.config is None else Path(settings.config),
     )
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dmc41x3.i18n import translate
-from maya_un.cli.doctor.finding import Finding
+from maya_un.schema.diagnosis import FoundByDoctor
+from maya_un.service.doctor.finding import Finding
 
 
 class FindingText(NamedTuple):
@@ -219,3 +220,9 @@ def meaning(finding: Finding, language: str) -> str:
 def remedy(finding: Finding, language: str) -> str:
     """Return the remedy of a finding, "" for none."""
     return translate(_TEXTS[finding.key].remedy, language, **finding.details)
+
+
+def message(finding: Finding, language: str) -> FoundByDoctor:
+    """Return a finding as a message."""
+    texts = (meaning(finding, language), remedy(finding, language))
+    return FoundByDoctor(finding.check, finding.outcome, finding.key, *texts, dict(finding.details))

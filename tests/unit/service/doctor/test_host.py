@@ -14,12 +14,12 @@ from typing import NamedTuple
 import pytest
 
 from maya_un import runtime
-from maya_un.cli.doctor import host
-from maya_un.cli.doctor.finding import Finding, FindingOutcome
-from maya_un.cli.doctor.host import ListeningProcess, listeners
-from maya_un.cli.settings import OutputSettings
 from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.schema.diagnosis import FindingOutcome
+from maya_un.service.doctor import host
+from maya_un.service.doctor.finding import Finding
+from maya_un.service.doctor.host import ListeningProcess, listeners
 
 
 @pytest.fixture
@@ -44,23 +44,23 @@ def keep(folder: Path, date: str = "2026-11-21T10:00:00+00:00") -> None:
 
 
 def test_a_configuration_is_good_absent_or_wrong(tmp_path: Path) -> None:
-    assert only(host.config(OutputSettings())).key == "config_none"
+    assert only(host.config(None, "en")).key == "config_none"
     file = tmp_path / "maya.toml"
     file.write_text("[cell]\ngrasp_height = 0.4\n")
-    assert only(host.config(OutputSettings(config=str(file)))).key == "config_good"
+    assert only(host.config(file, "en")).key == "config_good"
     file.write_text("[cell]\ngrasp_hight = 0.4\n")
-    wrong = only(host.config(OutputSettings(config=str(file))))
+    wrong = only(host.config(file, "en"))
     assert (wrong.outcome, "grasp_hight" in wrong.details["error"]) == (FindingOutcome.FAIL, True)
 
 
 def test_storage_that_is_well_is_looked_at_whole(folder: Path) -> None:
-    assert only(host.storage(OutputSettings(), served_by=0)).key == "storage_none"
+    assert only(host.storage("en", served_by=0)).key == "storage_none"
     assert not folder.exists(), "a look must not make anything"
     keep(folder)
     keep(folder)
-    found = only(host.storage(OutputSettings(), served_by=0))
+    found = only(host.storage("en", served_by=0))
     assert (found.key, found.details["runs"]) == ("storage_good", 2)
-    assert only(host.storage(OutputSettings(), served_by=7)).key == "storage_in_use"
+    assert only(host.storage("en", served_by=7)).key == "storage_in_use"
 
 
 def test_damaged_storage_is_reported_as_damaged(folder: Path) -> None:
@@ -69,16 +69,16 @@ def test_damaged_storage_is_reported_as_damaged(folder: Path) -> None:
     data = bytearray(file.read_bytes())
     data[len(data) // 2 :] = os.urandom(len(data) - len(data) // 2)
     file.write_bytes(data)
-    found = only(host.storage(OutputSettings(), served_by=0))
+    found = only(host.storage("en", served_by=0))
     assert (found.outcome, found.key) == (FindingOutcome.FAIL, "storage_bad")
     file.write_bytes(b"somebody else's file" * 100)
-    assert only(host.storage(OutputSettings(), served_by=0)).outcome is FindingOutcome.FAIL
+    assert only(host.storage("en", served_by=0)).outcome is FindingOutcome.FAIL
 
 
 def test_folder_that_cannot_be_made_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").touch()
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "file" / "kept"))
-    assert only(host.storage(OutputSettings(), served_by=0)).key == "storage_unwritable"
+    assert only(host.storage("en", served_by=0)).key == "storage_unwritable"
 
 
 class _Usage(NamedTuple):

@@ -2,26 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
-from typing import Any, Literal, TypeAlias
+from typing import Any
 
-CheckName: TypeAlias = Literal[
-    "configuration", "service", "version", "robot", "lease", "queue", "controller", "owner", "torque", "firmware",
-    "handles", "limits", "program", "motors", "memory", "controller clock", "storage", "disk", "ports", "clock",
-    "certificate", "ROS", "supervisors",
-]  # fmt: skip
-"""Names of checks in the terminal and in JSON."""
-
-
-class FindingOutcome(StrEnum):
-    """The outcome of a check: good, a warning, or a failure; `skipped` was not checked."""
-
-    OK = "ok"
-    WARN = "warn"
-    FAIL = "fail"
-    SKIPPED = "skipped"
+from maya_un.schema.diagnosis import CheckName, FindingOutcome
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,3 +37,17 @@ def fail(check: CheckName, key: str, **details: object) -> Finding:
 def skipped(check: CheckName, key: str, **details: object) -> Finding:
     """Return the result of a check that is impossible or irrelevant here."""
     return Finding(check, FindingOutcome.SKIPPED, key, details)
+
+
+Look = tuple[CheckName, Callable[[], Iterable[Finding]]]
+"""A check, and the function that carries it out."""
+
+
+def guarded(looks: Iterable[Look], note: Callable[[Exception], object]) -> Iterator[Finding]:
+    """Carry out checks in turn; one that fails unexpectedly is a finding itself, and its defect is passed to `note`."""
+    for check, look in looks:
+        try:
+            yield from look()
+        except Exception as defect:  # noqa: BLE001 - a defect in one check must not prevent the others
+            note(defect)
+            yield fail(check, "check_failed", reason=f"{type(defect).__name__}: {defect}")

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.cli.calibrate import points
-from maya_un.cli.calibrate.points import HEAD, PointNotebook, datum_of, read
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
+from maya_un.service.calibration import points
+from maya_un.service.calibration.points import HEAD, PointNotebook, datum_of, read
 from maya_un.values import Point
 
 CONFIG = Config()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import socket
 import ssl
@@ -14,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.cli.doctor import service
-from maya_un.cli.doctor.finding import Finding, FindingOutcome
-from maya_un.cli.doctor.host import ListeningProcess
+from maya_un.schema.diagnosis import FindingOutcome
+from maya_un.service.doctor.certificate import certificates
+from maya_un.service.doctor.finding import Finding
 
 OPENSSL = shutil.which("openssl")
 
@@ -93,8 +92,7 @@ def shown(context: ssl.SSLContext | None) -> Iterator[int]:
 
 
 def found(port: int) -> list[Finding]:
-    there = [ListeningProcess(port, os.getpid(), "maya"), ListeningProcess(port + 1, os.getpid() + 1, "another")]
-    return list(service.findings(there, os.getpid()))
+    return list(certificates([port]))
 
 
 @pytest.mark.parametrize(

@@ -16,13 +16,12 @@ from urllib.parse import urlsplit
 import httpx
 
 from maya_un import runtime
-from maya_un.cli.configure import configuration
-from maya_un.cli.doctor.finding import Finding, fail, ok, skipped, warn
-from maya_un.cli.settings import OutputSettings
-from maya_un.config import Config, default_path
+from maya_un.config import Config, default_path, load
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged, translated
 from maya_un.process.journal import file, history
+from maya_un.service.doctor.certificate import certificates
+from maya_un.service.doctor.finding import Finding, Look, fail, ok, skipped, warn
 
 _LISTENS = "0A"
 """The state of a listening socket in /proc/net/tcp."""
@@ -119,25 +118,24 @@ PORTS = (
 """The checked ports."""
 
 
-def config_file(settings: OutputSettings) -> Path | None:
-    """Return the current configuration file, None if the manual's values apply."""
-    named = settings.config or os.environ.get("MAYA_CONFIG")
-    place = Path(named) if named else default_path()
-    return place if named or place.exists() else None
+def config_file(named: Path | None) -> Path | None:
+    """Return the current configuration file, None if the manual's values apply; `named` is one that a user names."""
+    place = default_path() if named is None else named
+    return place if named is not None or os.environ.get("MAYA_CONFIG") or place.exists() else None
 
 
-def config(settings: OutputSettings) -> Iterator[Finding]:
-    """Check whether the current configuration is valid."""
-    place = config_file(settings)
+def config(named: Path | None, language: str) -> Iterator[Finding]:
+    """Check whether the current configuration, or the one that a user names, is valid."""
+    place = config_file(named)
     try:
-        configuration(settings)
+        load(named)
     except MayaError as error:
-        yield fail("configuration", "config_bad", error=error.text(settings.language))
+        yield fail("configuration", "config_bad", error=error.text(language))
         return
     yield ok("configuration", "config_none") if place is None else ok("configuration", "config_good", path=str(place))
 
 
-def storage(settings: OutputSettings, *, served_by: int) -> Iterator[Finding]:
+def storage(language: str, *, served_by: int) -> Iterator[Finding]:
     """Check the file of the queue, completely unless the process `served_by` uses it (0: no process)."""
     folder = state_folder()
     path = folder / file.FILE_NAME
@@ -148,19 +146,19 @@ def storage(settings: OutputSettings, *, served_by: int) -> Iterator[Finding]:
     elif served_by:
         yield ok("storage", "storage_in_use", path=str(path), pid=served_by)
     else:
-        yield _kept(path, settings)
+        yield _kept(path, language)
 
 
-def _kept(path: Path, settings: OutputSettings) -> Finding:
+def _kept(path: Path, language: str) -> Finding:
     try:
         with history.reading(path) as connection:
             file.check(connection, path)
             runs = connection.execute("SELECT value FROM meta WHERE name = 'run'").fetchone()[0]
     except sqlite3.Error as error:
         damage = StorageDamaged(path=path, reason=file.sqlite_reason(error))
-        return fail("storage", "storage_bad", error=damage.text(settings.language))
+        return fail("storage", "storage_bad", error=damage.text(language))
     except MayaError as error:
-        return fail("storage", "storage_bad", error=error.text(settings.language))
+        return fail("storage", "storage_bad", error=error.text(language))
     return ok("storage", "storage_good", path=str(path), runs=runs, size=path.stat().st_size / 1e6)
 
 
@@ -262,3 +260,22 @@ def ros() -> Iterator[Finding]:
             yield ok("ROS", "ros_master", uri=uri)
     except (OSError, ValueError):
         yield warn("ROS", "ros_no_master", uri=uri)
+
+
+def looks(named: Path | None, config_of: Config, language: str, pid: int) -> list[Look]:
+    """Return the checks of this computer.
+
+    `named` is the configuration file that a user names, `config_of` the one that applies; `pid` is the process of the
+    running service, 0 without one.
+    """
+    there = listeners()
+    return [
+        ("configuration", lambda: config(named, language)),
+        ("storage", lambda: storage(language, served_by=pid)),
+        ("disk", disk),
+        ("ports", lambda: ports(there)),
+        ("certificate", lambda: certificates([one.port for one in there if one.pid == pid]) if pid else ()),
+        ("clock", clock),
+        ("ROS", ros),
+        ("supervisors", lambda: coms(config_of, language)),
+    ]
