@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any, Literal
 from maya_un.client.request import DATA, NOTHING, Answer, Request, changed, quoted
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from maya_un.config.model import AnyZone, Config, ZoneConfig
     from maya_un.schema.bodies import Speed
+    from maya_un.schema.calibration import CalibrationFit, CalibrationView
     from maya_un.schema.configuration import ConfigCheck, ConfigSchema
+    from maya_un.schema.diagnosis import Diagnosis, LogEntry
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
     from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
     from maya_un.schema.previews import (
@@ -43,7 +45,10 @@ if TYPE_CHECKING:
         SteeredJog,
         Table,
         TableView,
+        TerminalReply,
     )
+    from maya_un.schema.scope import ScopeView
+    from maya_un.schema.twin import FaultsOfTwin
     from maya_un.values import Joints, Point, StopReport
 
 
@@ -833,3 +838,101 @@ def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLi
 def back_up() -> Request[bytes]:
     """Return a backup of the database (SQLite): the queue, its history, the users, the audit log."""
     return Request("POST", "/v1/backup", bytes, timeout=120.0)
+
+
+def logs(
+    *, since: str = "", level: Literal["debug", "info", "warning", "error", "critical"] = "info", limit: int = 100
+) -> Request[list[LogEntry]]:
+    """Return the newest entries of the log, oldest first; those of events and requests are included."""
+    return Request(
+        "GET",
+        "/v1/logs",
+        Answer("maya_un.schema.diagnosis", "LogEntry", many=True),
+        query=changed({"since": (since, ""), "level": (level, "info"), "limit": (limit, 100)}),
+    )
+
+
+def doctor() -> Request[Diagnosis]:
+    """Check the robot, the queue, the configuration and the computer; nothing moves and nothing is changed."""
+    return Request("GET", "/v1/doctor", Answer("maya_un.schema.diagnosis", "Diagnosis"), timeout=120.0)
+
+
+def interrogate(command: str) -> Request[TerminalReply]:
+    """Send the controller one command that only reads, and return its answer.
+
+    `TP A`, `KP ?`, `MG _TPA` and `speed=?` read; commands that change something are refused (4056).
+    """
+    return Request("POST", "/v1/terminal", Answer("maya_un.schema.robot", "TerminalReply"), body={"command": command})
+
+
+def scope(*, seconds: float = 20.0, rate: float = 20.0, signal: Sequence[str] = ()) -> Request[ScopeView]:
+    """Return the last seconds of the states in memory as columns, each with its unit, for plots."""
+    return Request(
+        "GET",
+        "/v1/scope",
+        Answer("maya_un.schema.scope", "ScopeView"),
+        query=changed({"seconds": (seconds, 20.0), "rate": (rate, 20.0), "signal": (signal, ())}),
+    )
+
+
+def calibration() -> Request[CalibrationView]:
+    """Return the measured points, and the last fit to them in this run."""
+    return Request("GET", "/v1/calibration", Answer("maya_un.schema.calibration", "CalibrationView"))
+
+
+def clear_calibration() -> Request[CalibrationView]:
+    """Remove all measured points; their file is kept with the ending .old."""
+    return Request("DELETE", "/v1/calibration", Answer("maya_un.schema.calibration", "CalibrationView"))
+
+
+def add_calibration_point(point: tuple[float, float, float]) -> Request[CalibrationView]:
+    """Add a point that you have measured at the present position of the robot; the robot is homed and at rest."""
+    return Request(
+        "POST", "/v1/calibration/points", Answer("maya_un.schema.calibration", "CalibrationView"), body={"point": point}
+    )
+
+
+def remove_calibration_point(row: int) -> Request[CalibrationView]:
+    """Remove a measured point; the rows of the others stay."""
+    return Request("DELETE", f"/v1/calibration/points/{row}", Answer("maya_un.schema.calibration", "CalibrationView"))
+
+
+def fit_calibration(hold: Sequence[str] | None = None) -> Request[CalibrationFit]:
+    """Fit the constants of the machine to the measured points, and return them; nothing is changed.
+
+    `toml` of the answer goes into the configuration file; `maya calibrate FILE --apply` writes it.
+    """
+    return Request(
+        "POST",
+        "/v1/calibration/fit",
+        Answer("maya_un.schema.calibration", "CalibrationFit"),
+        body=changed({"hold": (hold, None)}),
+        timeout=120.0,
+    )
+
+
+def twin_faults() -> Request[FaultsOfTwin]:
+    """Return the faults that the twin can have, and the active ones."""
+    return Request("GET", "/v1/twin/faults", Answer("maya_un.schema.twin", "FaultsOfTwin"))
+
+
+def inject_fault(
+    name: str, *, values: Mapping[str, float | int | bool | str] | None = None, seconds: float | None = None
+) -> Request[FaultsOfTwin]:
+    """Begin a fault of the twin. It replaces an active fault with the same name at the same place."""
+    return Request(
+        "PUT",
+        f"/v1/twin/faults/{quoted(name)}",
+        Answer("maya_un.schema.twin", "FaultsOfTwin"),
+        body=changed({"values": (values, None), "seconds": (seconds, None)}),
+    )
+
+
+def clear_fault(name: str) -> Request[FaultsOfTwin]:
+    """End the active faults of one name."""
+    return Request("DELETE", f"/v1/twin/faults/{quoted(name)}", Answer("maya_un.schema.twin", "FaultsOfTwin"))
+
+
+def clear_faults() -> Request[FaultsOfTwin]:
+    """End all faults of the twin."""
+    return Request("DELETE", "/v1/twin/faults", Answer("maya_un.schema.twin", "FaultsOfTwin"))
