@@ -129,7 +129,7 @@ class Service:
         self.recorder = RecordingService(recorder, workers)
         self.users = UserService(shared, self._rights_ended)
         self.configuring = ConfigService(config, config_file, Computing(workers))
-        self.twin = TwinService(faults)
+        self.faults = TwinService(faults)
         self.calibration = CalibrationService(measured_points, controller, config, workers)
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 

@@ -74,6 +74,6 @@ def add_twin(routes: Routes) -> None:
 
 async def _answered(ask: Ask, work: Callable[[TwinService], FaultsOfTwin]) -> Response:
     async def carried_out(service: Service) -> FaultsOfTwin:
-        return work(service.twin)
+        return work(service.faults)
 
     return answer(await ask(carried_out))
