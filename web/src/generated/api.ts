@@ -159,6 +159,13 @@ export interface EventMessage {
   detail: Record<string, string | number | boolean | null>;
 }
 
+export interface ExampleJob {
+  name: string;
+  title: Record<string, string>;
+  about: Record<string, string>;
+  text: string;
+}
+
 export interface ForEach {
   for_each: string;
   do: (Step)[];
@@ -425,6 +432,10 @@ export interface Nearest {
   time: number;
 }
 
+export interface NearestLimits {
+  nearest: (Distance)[];
+}
+
 export interface NewToken {
   id: string;
   user: string;
@@ -534,6 +545,20 @@ export interface Reachability {
 export interface Readiness {
   ready: boolean;
   reasons: (Notice)[];
+}
+
+export interface RecordedColumn {
+  unit: string;
+  values: (number | string | null)[];
+}
+
+export interface RecordedStates {
+  begin: number;
+  end: number;
+  date: string;
+  speed: number;
+  every: number;
+  columns: Record<string, RecordedColumn>;
 }
 
 export interface RecorderConfig {
@@ -711,6 +736,13 @@ export interface Table {
   parts: Record<string, Point>;
 }
 
+export interface TableView {
+  source: "twin" | "believed";
+  parts: Record<string, Point | null>;
+  carried: string | null;
+  holding: boolean | null;
+}
+
 export interface Taking {
   note?: string;
   force?: boolean;
@@ -787,9 +819,11 @@ export interface Operations {
   "GET /v1/status": { body: undefined; answer: Status };
   "GET /v1/motion": { body: undefined; answer: MotionView };
   "GET /v1/signals": { body: undefined; answer: Signals };
+  "GET /v1/margins": { body: undefined; answer: NearestLimits };
   "GET /v1/link": { body: undefined; answer: LinkView };
   "GET /v1/events": { body: undefined; answer: (EventMessage)[] };
   "GET /v1/twin": { body: undefined; answer: Table };
+  "GET /v1/table": { body: undefined; answer: TableView };
   "GET /v1/config": { body: undefined; answer: Config };
   "GET /v1/reach": { body: undefined; answer: Reach };
   "POST /v1/reach": { body: Points; answer: Reachability };
@@ -804,6 +838,7 @@ export interface Operations {
   "GET /v1/jobs/{job}/body": { body: undefined; answer: Record<string, unknown> };
   "POST /v1/preview": { body: Job; answer: JobPreview };
   "POST /v1/inspect": { body: Job; answer: JobInspection };
+  "GET /v1/examples": { body: undefined; answer: (ExampleJob)[] };
   "POST /v1/jobs/parse": { body: JobTextRequest; answer: ParsedJob };
   "POST /v1/jobs/format": { body: Job; answer: JobText };
   "POST /v1/tasks": { body: Task; answer: JobReport };
@@ -858,6 +893,9 @@ export interface Operations {
   "GET /v1/recordings": { body: undefined; answer: (Kept)[] };
   "POST /v1/recordings": { body: undefined; answer: Kept };
   "GET /v1/recordings/{name}": { body: undefined; answer: undefined };
+  "GET /v1/recordings/{name}/states": { body: undefined; answer: RecordedStates };
+  "GET /v1/recordings/{name}/events": { body: undefined; answer: (EventMessage)[] };
+  "GET /v1/recordings/{name}/csv": { body: undefined; answer: undefined };
   "GET /v1/audit": { body: undefined; answer: (AuditLine)[] };
   "POST /v1/backup": { body: undefined; answer: undefined };
 }
@@ -868,6 +906,9 @@ export interface Topics {
   motion: MotionView;
   link: LinkView;
   signals: Signals | null;
+  margins: NearestLimits;
+  table: TableView;
+  can: Permissions;
 }
 
 /** The actions of `Permissions`. */
