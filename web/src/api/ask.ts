@@ -10,6 +10,8 @@ export interface Options<Name extends OperationName> {
   path?: Record<string, string | number>;
   query?: Record<string, Value>;
   body?: Operations[Name]["body"];
+  /** The answer is large: it comes over HTTP, so that it delays no state on the stream. */
+  large?: boolean;
 }
 
 /** Messages of the stream may have 64 kB; longer requests go over HTTP. */
@@ -28,7 +30,7 @@ export async function ask<Name extends OperationName>(
   const [method, template] = name.split(" ") as [string, string];
   const target = filled(template, options.path) + queried(options.query);
   const text = options.body === undefined ? "" : JSON.stringify(options.body);
-  if (stream.ready && text.length < LONGEST_MESSAGE) {
+  if (!options.large && stream.ready && text.length < LONGEST_MESSAGE) {
     return (await stream.request(method, target, options.body, leaseId.value)) as Operations[Name]["answer"];
   }
   return (await over(method, target, text)) as Operations[Name]["answer"];

@@ -5,8 +5,12 @@ export const SECONDS = 20;
 const PERIOD = 100;
 export const LENGTH = (SECONDS * 1000) / PERIOD;
 
-/** Columns: x y z [m], speeds of a b c [rad/s, m/s, m/s], following errors [rad, m, m], tensions of b c [loads]. */
-export const COLUMNS = 11;
+/** Names of the columns, as in recordings: places [m], speeds [rad/s, m/s], following errors [rad, m], tensions [loads]. */
+export const NAMES = [
+  "x", "y", "z", "velocity_a", "velocity_b", "velocity_c",
+  "following_error_a", "following_error_b", "following_error_c", "tension_b", "tension_c",
+] as const;
+export const COLUMNS = NAMES.length;
 
 export class Rings {
   readonly times = new Float64Array(LENGTH).fill(Number.NaN);

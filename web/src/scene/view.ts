@@ -5,6 +5,9 @@ import { token } from "../look/theme.ts";
 
 export type View = "perspective" | "top" | "side";
 
+/** What the picture needs of a state. One that is not `moving` is drawn as it is, and never continued. */
+export type Pose = Pick<State, "joints" | "point" | "velocity" | "moving" | "gripper_closed">;
+
 /** The longest time for which a motion is continued beyond the last state [s]. */
 const FORESIGHT = 0.075;
 const TRACE_SECONDS = 30;
@@ -31,7 +34,8 @@ export class RobotView {
   private readonly parts = new THREE.Group();
   private fingers: THREE.Mesh[] = [];
   private readonly track: { at: number; x: number; y: number; z: number }[] = [];
-  private latest: { state: State; at: number } | null = null;
+  private latest: { state: Pose; at: number } | null = null;
+  private given: readonly (readonly [number, number, number])[] | null = null;
   private tension: [number, number] | null = null;
   private asked = 0;
   private drawn = 0;
@@ -80,14 +84,20 @@ export class RobotView {
   }
 
   /** Shows a state; null when the connection is lost. Before homing the lines and the gripper have no known place. */
-  setState(state: State | null): void {
+  setState(state: Pose | null): void {
     const before = this.latest;
     this.latest = state === null ? null : { state, at: performance.now() };
-    if (state?.point && this.placeChanged(state)) {
+    if (state?.point && this.given === null && this.placeChanged(state)) {
       const [x, y, z] = state.point;
       this.track.push({ at: performance.now(), x, y, z });
     }
     if (state === null && before === null) return;
+    this.request();
+  }
+
+  /** Draws these points as the trace, instead of the places of the last seconds. */
+  setTrace(points: readonly (readonly [number, number, number])[]): void {
+    this.given = points;
     this.request();
   }
 
@@ -201,7 +211,7 @@ export class RobotView {
     this.request();
   }
 
-  private placeChanged(state: State): boolean {
+  private placeChanged(state: Pose): boolean {
     const last = this.track.at(-1);
     if (!last || !state.point) return true;
     return Math.hypot(state.point[0] - last.x, state.point[1] - last.y, state.point[2] - last.z) > 5e-4;
@@ -320,6 +330,10 @@ export class RobotView {
   }
 
   private drawTrace(): void {
+    if (this.given !== null) {
+      fill(this.trace, this.given);
+      return;
+    }
     const since = performance.now() - TRACE_SECONDS * 1000;
     while (this.track.length > MOST_TRACE || (this.track[0]?.at ?? since) < since) this.track.shift();
     fill(this.trace, this.track.map((one) => [one.x, one.y, one.z]));
