@@ -25,8 +25,8 @@ from dmc41x3.i18n import LANGUAGES
 from maya_un.config import Config
 from maya_un.config.settings import sections, settings
 from maya_un.errors import by_code
+from maya_un.http.doctor.finding import Finding
 from maya_un.process.spec.examples import EXAMPLES, title_and_description
-from maya_un.service.doctor.finding import Finding
 
 SOURCE = Path(__file__).resolve().parent.parent / "src"
 PACKAGES = ("dmc41x3", "maya_un")

@@ -18,8 +18,8 @@ from paho.mqtt.enums import CallbackAPIVersion
 
 from maya_un.config.files import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
+from maya_un.http.doctor import host
 from maya_un.schema.diagnosis import FindingOutcome
-from maya_un.service.doctor import host
 from maya_un.supervisor import Supervisor as Supervising
 from tests.system.brokers import Broker, broker, disconnect
 from tests.system.processes import CALM, Process, running

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         Reachability,
         WorkspaceShape,
     )
-    from maya_un.schema.recordings import RecordedStates
+    from maya_un.schema.recordings import RecordedStates, ScopeView
     from maya_un.schema.robot import (
         EventMessage,
         Health,
@@ -47,7 +47,6 @@ if TYPE_CHECKING:
         TableView,
         TerminalReply,
     )
-    from maya_un.schema.scope import ScopeView
     from maya_un.schema.twin import FaultsOfTwin
     from maya_un.values import Joints, Point, StopReport
 
@@ -870,7 +869,7 @@ def scope(*, seconds: float = 20.0, rate: float = 20.0, signal: Sequence[str] = 
     return Request(
         "GET",
         "/v1/scope",
-        Answer("maya_un.schema.scope", "ScopeView"),
+        Answer("maya_un.schema.recordings", "ScopeView"),
         query=changed({"seconds": (seconds, 20.0), "rate": (rate, 20.0), "signal": (signal, ())}),
     )
 

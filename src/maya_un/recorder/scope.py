@@ -8,7 +8,7 @@ from math import inf
 from maya_un.errors import UnknownName
 from maya_un.recorder.rows import StateRow
 from maya_un.recorder.tables import MACHINE_COLUMNS, Value, values
-from maya_un.schema.scope import SampledColumn
+from maya_un.schema.recordings import RecordedColumn
 from maya_un.values import State
 
 TIME = MACHINE_COLUMNS[0].key
@@ -23,7 +23,7 @@ def require_columns(names: Sequence[str]) -> None:
             raise UnknownName(name=name, known=", ".join(known))
 
 
-def sampled(states: Sequence[State], rate: float, names: Sequence[str] = ()) -> dict[str, SampledColumn]:
+def sampled(states: Sequence[State], rate: float, names: Sequence[str] = ()) -> dict[str, RecordedColumn]:
     """Return the columns `names` of states, oldest first, and their times; without `names`, all columns.
 
     At most `rate` states a second remain.
@@ -32,7 +32,7 @@ def sampled(states: Sequence[State], rate: float, names: Sequence[str] = ()) -> 
     rows = [_row(state, chosen) for state in _at_rate(states, 1.0 / rate)]
     found = zip(*rows, strict=True) if rows else [()] * len(chosen)
     columns = (MACHINE_COLUMNS[index] for index in chosen)
-    return {column.key: SampledColumn(column.unit, one) for column, one in zip(columns, found, strict=True)}
+    return {column.key: RecordedColumn(column.unit, one) for column, one in zip(columns, found, strict=True)}
 
 
 def _row(state: State, chosen: Sequence[int]) -> tuple[Value, ...]:

@@ -23,8 +23,8 @@ from maya_un.recorder.recording import SavingCause, TimeSpan
 from maya_un.recorder.scope import require_columns, sampled
 from maya_un.schema.jobs import JobLine, JobReport, QueueView
 from maya_un.schema.people import AuditLine
+from maya_un.schema.recordings import ScopeView
 from maya_un.schema.robot import EventMessage, Kept
-from maya_un.schema.scope import ScopeView
 from maya_un.service.access.operations import LOCAL, Caller, Operation, Role, require, require_over
 from maya_un.service.computing import Computing
 from maya_un.workers import Workers

@@ -8,7 +8,7 @@ from typing import Any
 import httpx
 import pytest
 
-from maya_un.service.doctor import host
+from maya_un.http.doctor import host
 from tests.unit.http.test_teaching import http_client
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -17,6 +17,7 @@ pytestmark = pytest.mark.usefixtures("folder")
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "kept"))
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
     monkeypatch.setenv("MAYA_CONFIG", str(tmp_path / "maya.toml"))
     (tmp_path / "maya.toml").touch()
     return tmp_path

@@ -17,6 +17,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.values import State
 from tests.calm import CALM
 from tests.unit.http.test_teaching import http_client
+from tests.virtual_time import elapse
 
 PATH = "/v1/twin/faults"
 
@@ -74,7 +75,7 @@ async def test_fault_ends_after_its_time() -> None:
             "active"
         ]
         assert 0.0 < fault["seconds"] <= 5.0
-        await asyncio.sleep(5.1)
+        await elapse(5.1)
         assert (await client.get(PATH)).json()["active"] == []
         assert running.twin is not None and running.twin.controller.faults.active == []
 

@@ -24,6 +24,7 @@ from maya_un.values import Point
 from maya_un.workers import WorkerSet
 from tests.fakes import FakeController
 from tests.queues import PICK_AND_PLACE, Machine, job
+from tests.virtual_time import elapse
 
 CUBE, TRAY = Point(0.50, 1.10, 0.40), Point(1.10, 0.50, 0.40)
 
@@ -81,7 +82,7 @@ async def path_of(process: Process, index: int) -> NextStep:
         step = process.ahead.look()
         if step is not None and step.step == index and step.points:
             return step
-        await asyncio.sleep(0.05)
+        await elapse(0.05)
 
 
 async def test_path_of_the_next_step_begins_where_the_running_one_ends(staff: WorkerSet) -> None:

@@ -785,11 +785,6 @@ export interface SafetyConfig {
   guard_time: number;
 }
 
-export interface SampledColumn {
-  unit: string;
-  values: (number | string | null)[];
-}
-
 export interface Samples {
   step: number;
   time: (number)[];
@@ -806,7 +801,7 @@ export interface ScopeView {
   begin: number;
   end: number;
   speed: number;
-  columns: Record<string, SampledColumn>;
+  columns: Record<string, RecordedColumn>;
 }
 
 export type SectionPoint = [number, number];

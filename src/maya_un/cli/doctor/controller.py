@@ -16,8 +16,8 @@ from maya_un.controller import state_builder
 from maya_un.controller.ownership import living_owner
 from maya_un.controller.registers import Torque, identify
 from maya_un.errors import CommandRejected, MayaError
-from maya_un.service.doctor.finding import Finding, fail, ok, warn
-from maya_un.service.doctor.robot import limits
+from maya_un.http.doctor.finding import Finding, fail, ok, warn
+from maya_un.http.doctor.robot import limits
 from maya_un.values import AXES
 
 PATIENCE = 2.0

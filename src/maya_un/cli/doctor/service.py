@@ -13,8 +13,8 @@ from maya_un.cli.client import ServiceClient
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import MayaError
-from maya_un.service.doctor.finding import Finding, fail, ok, skipped, warn
-from maya_un.service.doctor.robot import lease, queue, readiness, robot
+from maya_un.http.doctor.finding import Finding, fail, ok, skipped, warn
+from maya_un.http.doctor.robot import lease, queue, readiness, robot
 
 PATIENCE = 3.0
 """Longest wait for each answer [s]."""

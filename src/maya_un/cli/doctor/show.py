@@ -15,12 +15,12 @@ from maya_un.cli.quantities import target_address
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import MayaError
+from maya_un.http.doctor import host
+from maya_un.http.doctor.finding import Finding, guarded, skipped
+from maya_un.http.doctor.words import meaning, message, name, remedy
 from maya_un.http.log import written_down
 from maya_un.schema.diagnosis import Diagnosis, FindingOutcome
 from maya_un.schema.encoding import to_data
-from maya_un.service.doctor import host
-from maya_un.service.doctor.finding import Finding, guarded, skipped
-from maya_un.service.doctor.words import meaning, message, name, remedy
 
 _MARKS = {
     FindingOutcome.OK: ("ok", "32"),

@@ -11,6 +11,10 @@ from fastapi import Query, Response
 
 from maya_un.config import Config
 from maya_un.errors import FileUnreadable, InvalidValue, NotConnected, NotOverRos, TerminalReadsOnly, UnknownName
+from maya_un.http.doctor import host
+from maya_un.http.doctor import robot as doctor_robot
+from maya_un.http.doctor.finding import Finding, guarded
+from maya_un.http.doctor.words import message
 from maya_un.http.exchange import answer, sent
 from maya_un.http.log import log_path, written_down
 from maya_un.http.log_reader import MOST_ENTRIES, newest, utc
@@ -20,13 +24,9 @@ from maya_un.http.routing import AT_REST, Routes
 from maya_un.schema.bodies import ControllerCommand
 from maya_un.schema.diagnosis import Diagnosis, LogEntry, LogLevel
 from maya_un.schema.encoding import to_data
+from maya_un.schema.recordings import ScopeView
 from maya_un.schema.robot import TerminalReply
-from maya_un.schema.scope import ScopeView
 from maya_un.service.access.operations import Caller, Operation
-from maya_un.service.doctor import host
-from maya_un.service.doctor import robot as doctor_robot
-from maya_un.service.doctor.finding import Finding, guarded
-from maya_un.service.doctor.words import message
 from maya_un.service.service import Service
 
 CommandBody = Annotated[ControllerCommand, sent(ControllerCommand)]

@@ -13,8 +13,8 @@ from maya_un.cli.doctor import controller
 from maya_un.config import Config
 from maya_un.controller import registers
 from maya_un.controller.registers import Torque
+from maya_un.http.doctor.finding import Finding
 from maya_un.schema.diagnosis import FindingOutcome
-from maya_un.service.doctor.finding import Finding
 from tests.ports import free_port
 from tests.served_twin import ServedTwin, served
 

@@ -13,9 +13,9 @@ import pytest
 
 from maya_un.cli.doctor import controller, service, show
 from maya_un.cli.main import main
+from maya_un.http.doctor import certificate, finding, host, robot, words
+from maya_un.http.doctor.finding import Finding, ok
 from maya_un.schema.diagnosis import CheckName, FindingOutcome
-from maya_un.service.doctor import certificate, finding, host, robot, words
-from maya_un.service.doctor.finding import Finding, ok
 from tests.ports import free_port
 
 MODULES = (service, controller, host, certificate, robot, finding, show)

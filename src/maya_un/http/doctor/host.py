@@ -19,9 +19,9 @@ from maya_un import runtime
 from maya_un.config import Config, default_path, load
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged, translated
+from maya_un.http.doctor.certificate import certificates
+from maya_un.http.doctor.finding import Finding, Look, fail, ok, skipped, warn
 from maya_un.process.journal import file, history
-from maya_un.service.doctor.certificate import certificates
-from maya_un.service.doctor.finding import Finding, Look, fail, ok, skipped, warn
 
 _LISTENS = "0A"
 """The state of a listening socket in /proc/net/tcp."""

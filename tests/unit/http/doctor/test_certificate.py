@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from maya_un.http.doctor.certificate import certificates
+from maya_un.http.doctor.finding import Finding
 from maya_un.schema.diagnosis import FindingOutcome
-from maya_un.service.doctor.certificate import certificates
-from maya_un.service.doctor.finding import Finding
 
 OPENSSL = shutil.which("openssl")
 

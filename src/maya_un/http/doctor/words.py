@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from dmc41x3.i18n import translate
+from maya_un.http.doctor.finding import Finding
 from maya_un.schema.diagnosis import FoundByDoctor
-from maya_un.service.doctor.finding import Finding
 
 
 class FindingText(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from maya_un.service.doctor.finding import Finding, fail, ok, warn
+from maya_un.http.doctor.finding import Finding, fail, ok, warn
 
 
 def readiness(reasons: Iterable[str]) -> Iterator[Finding]:

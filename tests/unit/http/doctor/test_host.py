@@ -14,12 +14,20 @@ from typing import NamedTuple
 import pytest
 
 from maya_un import runtime
+from maya_un.http.doctor import host
+from maya_un.http.doctor.finding import Finding
+from maya_un.http.doctor.host import ListeningProcess, listeners
 from maya_un.process.journal.protocol import EventRow
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.diagnosis import FindingOutcome
-from maya_un.service.doctor import host
-from maya_un.service.doctor.finding import Finding
-from maya_un.service.doctor.host import ListeningProcess, listeners
+
+
+@pytest.fixture(autouse=True)
+def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.delenv("MAYA_CONFIG", raising=False)
 
 
 @pytest.fixture

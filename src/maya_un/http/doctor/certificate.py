@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from datetime import UTC, datetime
 
-from maya_un.service.doctor.finding import Finding, fail, ok, warn
+from maya_un.http.doctor.finding import Finding, fail, ok, warn
 
 CERTIFICATE_PATIENCE = 2.0
 """Longest wait for a handshake [s]."""
