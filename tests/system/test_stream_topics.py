@@ -74,7 +74,7 @@ def test_every_topic_follows_a_job_from_its_start_to_its_end() -> None:
             ahead = (await until(client, "motion", has_path))["next"]
             assert (ahead["job"], ahead["step"], ahead["primitive"], ahead["target"]) == (1, 2, "pick", list(CUBE))
             assert min(dist(point, CUBE) for point in ahead["points"]) < 1e-3
-            taken = await until(client, "table", lambda table: table["carried"] is not None)
+            taken = await until(client, "table", lambda table: table["carried"] is not None and table["holding"])
             assert (taken["carried"], taken["parts"]) == ("cube", {"cube": None})
             put = await until(client, "table", lambda table: table["carried"] is None and table["holding"] is False)
             assert put["parts"]["cube"] == pytest.approx(list(TRAY), abs=2e-3)

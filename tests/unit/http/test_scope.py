@@ -13,7 +13,7 @@ import pytest
 from maya_un.assembly import Stack, stack
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.recorder.tables import STATE_COLUMNS
+from maya_un.recorder.tables import MACHINE_COLUMNS
 from tests.calm import SELDOM_BEATING
 from tests.recorded import recording_store
 from tests.unit.http.test_teaching import http_client
@@ -42,7 +42,7 @@ async def test_last_seconds_are_answered_as_columns(tmp_path: Path) -> None:
     assert found["end"] - found["begin"] == pytest.approx(5.0)
     assert found["speed"] == 1.0
     columns = found["columns"]
-    assert list(columns) == [column.key for column in STATE_COLUMNS]
+    assert list(columns) == [column.key for column in MACHINE_COLUMNS]
     times = columns["time"]["values"]
     assert times == sorted(times)
     assert found["begin"] <= times[0] <= found["begin"] + 0.2
