@@ -36,11 +36,29 @@ export async function ask<Name extends OperationName>(
   return (await over(method, target, text)) as Operations[Name]["answer"];
 }
 
+/**
+ * Carries out an operation over HTTP, so that the texts in its answer are in the language of the page: the stream keeps
+ * the language of the browser. Use it for answers that are texts.
+ */
+export async function askOver<Name extends OperationName>(
+  name: Name,
+  options: Options<Name> = {},
+): Promise<Operations[Name]["answer"]> {
+  const [method, template] = name.split(" ") as [string, string];
+  const target = filled(template, options.path) + queried(options.query);
+  return (await over(method, target, options.body === undefined ? "" : JSON.stringify(options.body))) as Operations[Name]["answer"];
+}
+
 /** Fetches a file over HTTP and offers it for download: its token cannot be part of a link. */
 export async function download(target: string, name: string, method = "GET"): Promise<void> {
   const answer = await fetched(target, { method, headers: headers(language.value) });
+  save(await answer.blob(), name);
+}
+
+/** Offers data of the page as a file for download. */
+export function save(data: Blob, name: string): void {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(await answer.blob());
+  link.href = URL.createObjectURL(data);
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);

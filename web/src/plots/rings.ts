@@ -2,7 +2,9 @@ import { onState, signals } from "../state/robot.ts";
 
 /** The last `SECONDS` of some signals, sampled at 10 Hz by the time of arrival, in buffers of fixed length. */
 export const SECONDS = 20;
-const PERIOD = 100;
+
+/** Time between two samples [ms]. */
+export const PERIOD = 100;
 export const LENGTH = (SECONDS * 1000) / PERIOD;
 
 /** Names of the columns, as in recordings: places [m], speeds [rad/s, m/s], following errors [rad, m], tensions [loads]. */
@@ -12,23 +14,32 @@ export const NAMES = [
 ] as const;
 export const COLUMNS = NAMES.length;
 
+/** Columns of samples in buffers of fixed length; the newest samples replace the oldest ones. */
 export class Rings {
-  readonly times = new Float64Array(LENGTH).fill(Number.NaN);
-  readonly values = Array.from({ length: COLUMNS }, () => new Float64Array(LENGTH).fill(Number.NaN));
+  readonly times: Float64Array;
+  readonly values: Float64Array[];
   private count = 0;
+
+  constructor(
+    private readonly columns = COLUMNS,
+    private readonly length = LENGTH,
+  ) {
+    this.times = new Float64Array(length).fill(Number.NaN);
+    this.values = Array.from({ length: columns }, () => new Float64Array(length).fill(Number.NaN));
+  }
 
   /** Appends a sample at `time` [s]; NaN makes a gap. */
   push(time: number, sample: readonly number[]): void {
-    const at = this.count % LENGTH;
+    const at = this.count % this.length;
     this.times[at] = time;
-    for (let i = 0; i < COLUMNS; i++) (this.values[i] as Float64Array)[at] = sample[i] ?? Number.NaN;
+    for (let i = 0; i < this.columns; i++) (this.values[i] as Float64Array)[at] = sample[i] ?? Number.NaN;
     this.count += 1;
   }
 
   /** Returns the samples in order: ages [s] up to `now`, 0 is now, and the columns `wanted`. Unknown values are null. */
   read(now: number, wanted: readonly number[]): [number[], ...(number | null)[][]] {
-    const filled = Math.min(this.count, LENGTH);
-    const order = Array.from({ length: filled }, (_, i) => (this.count - filled + i) % LENGTH);
+    const filled = Math.min(this.count, this.length);
+    const order = Array.from({ length: filled }, (_, i) => (this.count - filled + i) % this.length);
     const column = (values: Float64Array) => order.map((at) => (Number.isNaN(values[at]) ? null : (values[at] as number)));
     return [order.map((at) => (this.times[at] as number) - now), ...wanted.map((one) => column(this.values[one] as Float64Array))];
   }

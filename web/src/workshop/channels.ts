@@ -1,0 +1,76 @@
+import type { Signals, State } from "../generated/api.ts";
+import { PERIOD, Rings } from "../plots/rings.ts";
+import { onState, signals } from "../state/robot.ts";
+import type { Words } from "../words/index.ts";
+import { SCOPE } from "../words/workshop.ts";
+
+/** The quantity of a channel decides its unit; channels of a group with the same unit share a plot. */
+export type Quantity = "length" | "angle" | "speed" | "angular speed" | "voltage" | "load" | "level";
+
+/** A signal of the scope in SI units: its key is unique, its name is `axis`, or a text about it. */
+export interface Channel {
+  key: string;
+  group: Words;
+  words: Words | null;
+  axis: string;
+  quantity: Quantity;
+  read: (state: State | null, found: Signals | null) => number | boolean | null | undefined;
+}
+
+/** The controller has up to so many digital inputs, and so many outputs. */
+const BITS = 16;
+const AXES = ["a", "b", "c"] as const;
+
+function joints(name: string, group: Words, words: Words | null, kinds: [Quantity, Quantity], read: (i: number) => Channel["read"]): Channel[] {
+  return AXES.map((axis, i) => ({ key: `${name} ${axis}`, group, words, axis, quantity: kinds[i === 0 ? 0 : 1], read: read(i) }));
+}
+
+function bits(name: "inputs" | "outputs", group: Words, words: Words): Channel[] {
+  return Array.from({ length: BITS }, (_, i) => ({
+    key: `${name} ${i + 1}`,
+    group,
+    words,
+    axis: String(i + 1),
+    quantity: "level",
+    read: (_state: State | null, found: Signals | null) => found?.[name][i],
+  }));
+}
+
+/** All signals that the stream carries. */
+export const CHANNELS: readonly Channel[] = [
+  ...["x", "y", "z"].map((axis, i): Channel => ({ key: axis, group: SCOPE.groupPosition, words: null, axis, quantity: "length", read: (state) => state?.point?.[i] })),
+  ...joints("joint", SCOPE.groupJoints, null, ["angle", "length"], (i) => (state) => state?.joints?.[i]),
+  ...joints("speed", SCOPE.groupSpeed, SCOPE.speedOf, ["angular speed", "speed"], (i) => (state) => state?.velocity[i]),
+  ...joints("error", SCOPE.groupError, SCOPE.errorOf, ["angle", "length"], (i) => (_, found) => found?.following_error[i]),
+  ...joints("torque", SCOPE.groupTorque, SCOPE.torqueOf, ["voltage", "voltage"], (i) => (_, found) => found?.torque[i]),
+  ...joints("tension", SCOPE.groupTension, SCOPE.tensionOf, ["load", "load"], (i) => (_, found) => found?.tension?.[i - 1]).slice(1),
+  ...bits("inputs", SCOPE.groupInputs, SCOPE.inputOf),
+  ...bits("outputs", SCOPE.groupOutputs, SCOPE.outputOf),
+];
+
+/** Returns the channels of these keys, in their order; unknown keys are left out. */
+export function channelsOf(keys: readonly string[]): Channel[] {
+  return keys.flatMap((key) => CHANNELS.find((one) => one.key === key) ?? []);
+}
+
+/** The scope keeps so many seconds. */
+export const KEPT = 60;
+
+/** The samples of all channels; they are taken from the first visit of the scope on. */
+export const samples = new Rings(CHANNELS.length, (KEPT * 1000) / PERIOD);
+
+let latest: State | null = null;
+let sampling: ReturnType<typeof setInterval> | undefined;
+
+/** Begins to sample, once. Without a connection the samples are gaps. */
+export function startScope(): void {
+  if (sampling !== undefined) return;
+  onState((state) => (latest = state));
+  sampling = setInterval(() => {
+    const found = latest === null ? null : signals.value;
+    samples.push(
+      performance.now() / 1000,
+      CHANNELS.map((one) => Number(one.read(latest, found) ?? Number.NaN)),
+    );
+  }, PERIOD);
+}
