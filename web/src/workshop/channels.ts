@@ -53,6 +53,14 @@ export function channelsOf(keys: readonly string[]): Channel[] {
   return keys.flatMap((key) => CHANNELS.find((one) => one.key === key) ?? []);
 }
 
+/** Returns the colour of a channel: that of its axis everywhere, and of inputs and outputs their order among the chosen. */
+export function colour(channel: Channel, chosen: readonly Channel[]): { tone: string; dashed: boolean } {
+  const named = "xyz".indexOf(channel.axis) + "abc".indexOf(channel.axis) + 1;
+  if (named >= 0) return { tone: `c${named + 1}`, dashed: false };
+  const order = chosen.filter((one) => one.group === channel.group).indexOf(channel);
+  return { tone: `c${(order % 3) + 1}`, dashed: order >= 3 };
+}
+
 /** The scope keeps so many seconds. */
 export const KEPT = 60;
 
