@@ -240,16 +240,24 @@ export const CALIBRATION = words({
 
 export const TERMINAL = words({
   intro: [
-    "Commands go to the motion controller as you type them. They can move the robot past the limits of Maya.",
-    "Las órdenes van al controlador tal como las escribe. Pueden mover el robot más allá de los límites de Maya.",
+    "Ask the motion controller in its own language. Commands here only read: they change nothing and move nothing.",
+    "Pregunte al controlador en su propio lenguaje. Las órdenes de aquí solo leen: no cambian nada ni mueven nada.",
   ],
+  examples: ["Examples", "Ejemplos"],
   command: ["Command (DMC)", "Orden (DMC)"],
   send: ["Send", "Enviar"],
-  history: ["Arrow keys up and down bring back earlier commands.", "Las flechas arriba y abajo recuperan órdenes anteriores."],
-  replies: ["Replies", "Respuestas"],
-  empty: ["Try MG _TPA or TS. Replies appear here.", "Pruebe MG _TPA o TS. Las respuestas aparecen aquí."],
+  history: ["The arrow keys up and down bring back earlier commands.", "Las flechas arriba y abajo recuperan órdenes anteriores."],
+  replies: ["Commands and replies", "Órdenes y respuestas"],
+  empty: ["Replies appear here.", "Las respuestas aparecen aquí."],
   clear: ["Empty the list", "Vaciar la lista"],
-  noReply: ["no reply text", "sin texto de respuesta"],
+  noReply: ["accepted, no text", "aceptada, sin texto"],
+  rejected: ["The controller refuses: {reason} (code {code})", "El controlador la rechaza: {reason} (código {code})"],
+  positions: ["encoder positions", "posiciones de los encoders"],
+  speeds: ["speeds", "velocidades"],
+  torques: ["motor commands", "consignas de los motores"],
+  stops: ["stop codes", "códigos de parada"],
+  gain: ["a gain", "una ganancia"],
+  handles: ["connections", "conexiones"],
 });
 
 export const CONFIGURATION = words({
@@ -277,7 +285,7 @@ export const CONFIGURATION = words({
   discard: ["Discard", "Descartar"],
   wrong: ["Correct the marked settings first.", "Corrija primero los ajustes marcados."],
   nothing: ["Nothing is changed.", "No hay cambios."],
-  checking: ["The service checks the changes.", "El servicio comprueba los cambios."],
-  saved: ["Saved in {path}. It is in force at the next start.", "Guardado en {path}. Rige desde el próximo arranque."],
+  notList: ["Enter a list, like [2, 3].", "Escriba una lista, como [2, 3]."],
+  saved: ["Saved. The changes are in force at the next start.", "Guardado. Los cambios rigen desde el próximo arranque."],
   waiting: ["The file holds changes that are in force at the next start.", "El archivo contiene cambios que rigen desde el próximo arranque."],
 });
