@@ -31,22 +31,9 @@ export async function ask<Name extends OperationName>(
   const target = filled(template, options.path) + queried(options.query);
   const text = options.body === undefined ? "" : JSON.stringify(options.body);
   if (!options.large && stream.ready && text.length < LONGEST_MESSAGE) {
-    return (await stream.request(method, target, options.body, leaseId.value)) as Operations[Name]["answer"];
+    return (await stream.request(method, target, options.body, leaseId.value, language.value)) as Operations[Name]["answer"];
   }
   return (await over(method, target, text)) as Operations[Name]["answer"];
-}
-
-/**
- * Carries out an operation over HTTP, so that the texts in its answer are in the language of the page: the stream keeps
- * the language of the browser. Use it for answers that are texts.
- */
-export async function askOver<Name extends OperationName>(
-  name: Name,
-  options: Options<Name> = {},
-): Promise<Operations[Name]["answer"]> {
-  const [method, template] = name.split(" ") as [string, string];
-  const target = filled(template, options.path) + queried(options.query);
-  return (await over(method, target, options.body === undefined ? "" : JSON.stringify(options.body))) as Operations[Name]["answer"];
 }
 
 /** Fetches a file over HTTP and offers it for download: its token cannot be part of a link. */

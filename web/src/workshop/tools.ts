@@ -18,6 +18,7 @@ const later = (load: () => Promise<{ default: Component }>) => defineAsyncCompon
 export const TOOLS: readonly Tool[] = [
   { name: "overview", words: WORKSHOP.overview, icon: "activity", view: later(() => import("./Overview.vue")) },
   { name: "scope", words: WORKSHOP.scope, icon: "gauge", view: later(() => import("./Scope.vue")) },
+  { name: "terminal", words: WORKSHOP.terminal, icon: "terminal", view: later(() => import("./Terminal.vue")) },
   { name: "configuration", words: WORKSHOP.configuration, icon: "settings", view: later(() => import("./Configuration.vue")) },
   { name: "calibration", words: WORKSHOP.calibration, icon: "crosshair", view: later(() => import("./Calibration.vue")) },
   { name: "faults", words: WORKSHOP.faults, icon: "triangle-alert", view: later(() => import("./Faults.vue")), twin: true },

@@ -1,5 +1,5 @@
 import { computed, onUnmounted, shallowRef, watch } from "vue";
-import { askOver } from "../api/ask.ts";
+import { ask } from "../api/ask.ts";
 import type { ConfigCheck, ConfigSchema, SettingInfo } from "../generated/api.ts";
 import { useAction } from "../state/act.ts";
 import { connection } from "../state/robot.ts";
@@ -56,7 +56,7 @@ export function useSettings() {
   });
 
   async function read(): Promise<void> {
-    const parts = () => Promise.all([askOver("GET /v1/config/schema"), askOver("GET /v1/config"), askOver("POST /v1/config/check", { body: { settings: {} } })]);
+    const parts = () => Promise.all([ask("GET /v1/config/schema"), ask("GET /v1/config"), ask("POST /v1/config/check", { body: { settings: {} } })]);
     const found = await reading.run(parts);
     if (found === undefined) return;
     schema.value = found[0];
@@ -68,7 +68,7 @@ export function useSettings() {
   /** Has the draft checked; an answer to an older draft is ignored. */
   async function look(): Promise<void> {
     const number = ++asked;
-    const found = changed.value.length === 0 ? file.value : await askOver("POST /v1/config/check", { body: request.value }).catch(() => null);
+    const found = changed.value.length === 0 ? file.value : await ask("POST /v1/config/check", { body: request.value }).catch(() => null);
     if (found !== null && number === asked) check.value = found;
   }
 
@@ -89,7 +89,7 @@ export function useSettings() {
   }
 
   async function save(): Promise<void> {
-    const found = await saving.run(() => askOver("PUT /v1/config", { body: request.value }));
+    const found = await saving.run(() => ask("PUT /v1/config", { body: request.value }));
     if (found === undefined) return;
     file.value = found;
     discard();
