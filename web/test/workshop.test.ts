@@ -1,9 +1,11 @@
 import { describe, expect, it } from "vitest";
-import type { CalibrationPoint, FaultParameter, FoundByDoctor, LogEntry, PointResidual } from "../src/generated/api.ts";
+import type { CalibrationPoint, FaultParameter, FoundByDoctor, LogEntry, PointResidual, SettingInfo } from "../src/generated/api.ts";
 import { appended, detailed, matching, MOST_ENTRIES } from "../src/workshop/entries.ts";
 import { byOutcome } from "../src/workshop/findings.ts";
 import { numberOf, valueOf } from "../src/workshop/parameters.ts";
-import { arrows, extent, ring, scale } from "../src/workshop/residuals.ts";
+import { History } from "../src/workshop/history.ts";
+import { arrows, extent, factorOf, ring, scale } from "../src/workshop/residuals.ts";
+import { flat, found, nested, rangeOf, same, valueOf as settingOf } from "../src/workshop/settings.ts";
 import { csv, extremes, inside, nearest } from "../src/workshop/traces.ts";
 
 const entry = (time: string, text: string, more: Partial<LogEntry> = {}): LogEntry => ({ time, level: "info", kind: "http", text, code: 0, run: 0, seq: 0, ...more });
@@ -73,7 +75,8 @@ describe("a parameter", () => {
 describe("residuals", () => {
   const point = (row: number, x: number, y: number): CalibrationPoint => ({ row, counts: [0, 0, 0], joints: [0, 0, 0], measured: [x, y, 0.5], expected: [x, y, 0.5], off: 0 });
   const residual = (row: number, before: [number, number, number], after: [number, number, number]): PointResidual => ({ row, before, after, used: row !== 4 });
-  const residuals = [residual(3, [0.01, 0, 0], [0.001, 0, 0]), residual(4, [0, 0.02, 0], [0, -0.002, 0])];
+  const residuals = [residual(3, [0.01, 0, 0], [0.001, 0, 0]), residual(5, [0, 0.02, 0], [0, -0.002, 0])];
+  const points = [point(3, 1, 2), point(5, 0, 1)];
 
   it("scales by a round factor so that the longest arrow fits", () => {
     expect(scale([[0.01, 0, 0], [0, 0.02, 1]], 0.3)).toBe(10);
@@ -83,16 +86,25 @@ describe("residuals", () => {
   });
 
   it("draws arrows from the measured places, coloured by the same measure before and after", () => {
-    const before = arrows([point(3, 1, 2), point(4, 0, 1)], residuals, "before", 10);
+    const before = arrows(points, residuals, "before", 10, 1);
     expect(before.map((one) => one.to)).toEqual([[1.1, 2], [0, 1.2]]);
     expect(before.map((one) => one.share)).toEqual([0.5, 1]);
-    const after = arrows([point(3, 1, 2), point(4, 0, 1)], residuals, "after", 100);
+    const after = arrows(points, residuals, "after", 100, 1);
     expect(after.map((one) => one.share)).toEqual([0.05, 0.1]);
-    expect(after.map((one) => one.used)).toEqual([true, false]);
+  });
+
+  it("lets left-out points change neither the factor nor the colours, and cuts their arrows short", () => {
+    const all = [...residuals, residual(4, [0, 3, 0], [0, 3, 0])];
+    expect(factorOf(all, "before", 0.3)).toBe(factorOf(residuals, "before", 0.3));
+    const drawn = arrows([...points, point(4, 0, 0)], all, "before", 10, 0.3);
+    expect(drawn.map((one) => one.share)).toEqual([0.5, 1, 1]);
+    expect(drawn.map((one) => one.used)).toEqual([true, true, false]);
+    expect(drawn[2]?.to[1]).toBeCloseTo(0.3);
+    expect(drawn[2]?.size).toBe(3);
   });
 
   it("leaves out residuals of points that are gone", () => {
-    expect(arrows([point(3, 1, 2)], residuals, "after", 1).map((one) => one.row)).toEqual([3]);
+    expect(arrows([point(3, 1, 2)], residuals, "after", 1, 1).map((one) => one.row)).toEqual([3]);
   });
 
   it("shows all points with a margin", () => {
@@ -126,5 +138,76 @@ describe("the traces of the scope", () => {
 
   it("writes a span as CSV, gaps empty and names quoted", () => {
     expect(csv(["x [m]", 'say "y", z'], traces, [-2, -1])).toBe('age [s],x [m],"say ""y"", z"\r\n-2.000,,6\r\n-1.000,3,7\r\n');
+  });
+});
+
+describe("the terminal's history", () => {
+  it("walks back to the oldest command and forward to the text being typed", () => {
+    const history = new History();
+    for (const one of ["TP", "TP", "TT"]) history.add(one);
+    expect([history.back("MG"), history.back("TT"), history.back("TP")]).toEqual(["TT", "TP", "TP"]);
+    expect([history.forward("TP"), history.forward("TT"), history.forward("MG")]).toEqual(["TT", "MG", "MG"]);
+  });
+
+  it("is empty at first", () => {
+    expect(new History().back("T")).toBe("T");
+    expect(new History().forward("T")).toBe("T");
+  });
+
+  it("begins again at the newest command after one was sent", () => {
+    const history = new History();
+    history.add("TP");
+    history.add("TT");
+    history.back("");
+    history.back("");
+    history.add("TP");
+    expect(history.back("")).toBe("TP");
+    expect(history.back("")).toBe("TT");
+  });
+});
+
+describe("a setting", () => {
+  const height: SettingInfo = {
+    name: "geometry.height", section: "geometry", type: "number", unit: "m", description: { en: "height of the anchors", es: "altura de los anclajes" },
+    default: 2.35, optional: false, minimum: null, exclusive_minimum: 0, maximum: 10, exclusive_maximum: null, choices: [], pattern: null,
+  };
+
+  it("is a leaf of the nested configuration, and back", () => {
+    const config = { geometry: { height: 2.35 }, axes: { a: { letter: "A", jerk_counts: null } }, zones: [] };
+    const leaves = { "geometry.height": 2.35, "axes.a.letter": "A", "axes.a.jerk_counts": null, zones: [] };
+    expect(flat(config)).toEqual(leaves);
+    expect(nested(leaves)).toEqual(config);
+  });
+
+  it("is read by its type", () => {
+    expect(settingOf(height, "2,36")).toEqual({ value: 2.36, mistake: "" });
+    expect(settingOf({ ...height, type: "boolean" }, "true").value).toBe(true);
+    expect(settingOf({ ...height, type: "array" }, "[1, 2]").value).toEqual([1, 2]);
+    expect(settingOf({ ...height, type: "string" }, "").value).toBe("");
+    expect(settingOf({ ...height, optional: true }, " ").value).toBeNull();
+  });
+
+  it("names what is wrong with its text", () => {
+    expect(settingOf(height, "99").mistake).toBe("outside");
+    expect(settingOf(height, "").mistake).toBe("not a number");
+    expect(settingOf({ ...height, type: "integer" }, "1.5").mistake).toBe("not whole");
+    expect(settingOf({ ...height, type: "array" }, "1, 2").mistake).toBe("not a list");
+    expect(settingOf({ ...height, type: "array" }, "3").mistake).toBe("not a list");
+  });
+
+  it("has a range of both kinds of limits", () => {
+    expect(rangeOf(height)).toEqual([0, 10]);
+    expect(rangeOf({ ...height, exclusive_minimum: null, maximum: null })).toEqual([null, null]);
+  });
+
+  it("is found by name and by its description in both languages", () => {
+    expect(found(height, "GEOMETRY anclajes")).toBe(true);
+    expect(found(height, "anchors speed")).toBe(false);
+    expect(found(height, "")).toBe(true);
+  });
+
+  it("is the same when its list is the same", () => {
+    expect(same([1, 2], [1, 2])).toBe(true);
+    expect(same(null, 0)).toBe(false);
   });
 });

@@ -227,7 +227,7 @@ export const CALIBRATION = words({
   noise: ["Noise of a coordinate", "Ruido de una coordenada"],
   outliers: ["Left out as outliers: rows {rows}", "Excluidos como atípicos: filas {rows}"],
   map: ["Map of residuals", "Mapa de residuos"],
-  mapHint: ["Model less measurement, seen from above. Arrows are {factor} times as long as the residuals; the number is the row.", "Modelo menos medición, visto desde arriba. Las flechas son {factor} veces más largas que los residuos; el número es la fila."],
+  mapHint: ["Model less measurement, seen from above. Arrows are {factor} times as long as the residuals; the number is the row. Dashed arrows of left-out points may be cut short.", "Modelo menos medición, visto desde arriba. Las flechas son {factor} veces más largas que los residuos; el número es la fila. Las flechas discontinuas de puntos excluidos pueden estar acortadas."],
   mapLabel: ["Plan view of {count} residuals; the table has the same numbers", "Vista en planta de {count} residuos; la tabla tiene los mismos números"],
   height: ["Height z", "Altura z"],
   residual: ["Residual", "Residuo"],

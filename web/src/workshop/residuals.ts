@@ -25,28 +25,44 @@ export function scale(residuals: readonly Point[], longest: number): number {
   return Math.max(1, step * decade);
 }
 
-/** Returns the arrows of the residuals before or after a fit, from the measured places, `factor` times as long. */
+/** Returns the residuals of the points that the fit used. */
+function usedOf(residuals: readonly PointResidual[]): readonly PointResidual[] {
+  return residuals.filter((one) => one.used);
+}
+
+/** Returns the factor of the arrows before or after a fit: the longest one of a used point is at most `longest` [m]. */
+export function factorOf(residuals: readonly PointResidual[], when: "before" | "after", longest: number): number {
+  return scale(usedOf(residuals).map((one) => one[when]), longest);
+}
+
+/**
+ * Returns the arrows of the residuals before or after a fit, from the measured places, `factor` times as long. Arrows of
+ * points that the fit left out are at most `longest` [m] long.
+ */
 export function arrows(
   points: readonly CalibrationPoint[],
   residuals: readonly PointResidual[],
   when: "before" | "after",
   factor: number,
+  longest: number,
 ): Arrow[] {
   const places = new Map(points.map((one) => [one.row, one.measured]));
-  const greatest = Math.max(0, ...residuals.map((one) => Math.max(size(one.before), size(one.after))));
+  const greatest = Math.max(0, ...usedOf(residuals).map((one) => Math.max(size(one.before), size(one.after))));
   return residuals.flatMap((one) => {
     const place = places.get(one.row);
     if (place === undefined) return [];
     const [x, y] = place;
     const residual = one[when];
     const long = size(residual);
+    const flat = Math.hypot(residual[0], residual[1]) * factor;
+    const by = one.used || flat <= longest ? factor : (factor * longest) / flat;
     return [
       {
         row: one.row,
         from: [x, y] as const,
-        to: [x + residual[0] * factor, y + residual[1] * factor] as const,
+        to: [x + residual[0] * by, y + residual[1] * by] as const,
         size: long,
-        share: greatest === 0 ? 0 : long / greatest,
+        share: greatest === 0 ? 0 : Math.min(1, long / greatest),
         used: one.used,
       },
     ];

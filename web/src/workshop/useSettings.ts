@@ -51,7 +51,10 @@ export function useSettings() {
   const wrong = computed(() => rows.value.some((one) => one.mistake !== "" || one.reason !== "") || check.value.mistakes.length > 0);
   const request = computed(() => {
     const usable = changed.value.filter((one) => one.mistake === "");
-    const values = usable.map((one) => [one.setting.name, valueOf(one.setting, one.text).value]);
+    const values = usable.map(({ setting, text }) => {
+      const { value } = valueOf(setting, text);
+      return [setting.name, same(value, setting.default) ? null : value]; // null leaves a default out of the file
+    });
     return { settings: nested(Object.fromEntries(values)) };
   });
 
