@@ -5,7 +5,7 @@ import { byOutcome } from "../src/workshop/findings.ts";
 import { numberOf, valueOf } from "../src/workshop/parameters.ts";
 import { History } from "../src/workshop/history.ts";
 import { arrows, extent, factorOf, ring, scale } from "../src/workshop/residuals.ts";
-import { flat, found, nested, rangeOf, same, valueOf as settingOf } from "../src/workshop/settings.ts";
+import { flat, found, nested, rangeOf, same, shortOf, valueOf as settingOf } from "../src/workshop/settings.ts";
 import { csv, extremes, inside, nearest } from "../src/workshop/traces.ts";
 
 const entry = (time: string, text: string, more: Partial<LogEntry> = {}): LogEntry => ({ time, level: "info", kind: "http", text, code: 0, run: 0, seq: 0, ...more });
@@ -204,6 +204,12 @@ describe("a setting", () => {
     expect(found(height, "GEOMETRY anclajes")).toBe(true);
     expect(found(height, "anchors speed")).toBe(false);
     expect(found(height, "")).toBe(true);
+  });
+
+  it("is shown with six digits beside its field", () => {
+    expect(shortOf(2.0943951023931953)).toBe("2.0944");
+    expect(shortOf(15000000)).toBe("15000000");
+    expect(shortOf(null)).toBe("");
   });
 
   it("is the same when its list is the same", () => {

@@ -33,6 +33,11 @@ export function textOf(value: unknown): string {
   return typeof value === "object" ? JSON.stringify(value) : String(value);
 }
 
+/** Returns the text of a value beside a field: numbers with six digits. */
+export function shortOf(value: unknown): string {
+  return typeof value === "number" && !Number.isInteger(value) ? String(Number(value.toPrecision(6))) : textOf(value);
+}
+
 /** Returns the value in the text of a field, and what is wrong with the text. */
 export function valueOf(setting: SettingInfo, text: string): { value: unknown; mistake: TextMistake } {
   if (setting.optional && text.trim() === "") return { value: null, mistake: "" };
