@@ -6,7 +6,7 @@ import { numberOf, valueOf } from "../src/workshop/parameters.ts";
 import { History } from "../src/workshop/history.ts";
 import { arrows, extent, factorOf, ring, scale } from "../src/workshop/residuals.ts";
 import { flat, found, nested, rangeOf, same, shortOf, valueOf as settingOf } from "../src/workshop/settings.ts";
-import { csv, extremes, inside, nearest } from "../src/workshop/traces.ts";
+import { csv, extremes, inside, nearest, pastOf } from "../src/workshop/traces.ts";
 
 const entry = (time: string, text: string, more: Partial<LogEntry> = {}): LogEntry => ({ time, level: "info", kind: "http", text, code: 0, run: 0, seq: 0, ...more });
 
@@ -134,6 +134,12 @@ describe("the traces of the scope", () => {
   it("finds the nearest sample", () => {
     expect(nearest(traces.ages, -1.4)).toBe(2);
     expect(nearest([], 0)).toBe(-1);
+  });
+
+  it("begins with the states that the service has kept, in real time", () => {
+    const past = { end: 100, speed: 5, columns: { time: { values: [90, 95] }, x: { values: [1, null] } } };
+    expect(pastOf(past, 10, ["x", null])).toEqual([[8, [1, Number.NaN]], [9, [Number.NaN, Number.NaN]]]);
+    expect(pastOf({ ...past, columns: {} }, 10, ["x"])).toEqual([]);
   });
 
   it("writes a span as CSV, gaps empty and names quoted", () => {

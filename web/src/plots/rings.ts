@@ -21,8 +21,8 @@ export class Rings {
   private count = 0;
 
   constructor(
-    private readonly columns = COLUMNS,
-    private readonly length = LENGTH,
+    private readonly columns: number = COLUMNS,
+    private readonly length: number = LENGTH,
   ) {
     this.times = new Float64Array(length).fill(Number.NaN);
     this.values = Array.from({ length: columns }, () => new Float64Array(length).fill(Number.NaN));

@@ -1,8 +1,11 @@
 import type { Signals, State } from "../generated/api.ts";
+import { ask } from "../api/ask.ts";
 import { PERIOD, Rings } from "../plots/rings.ts";
+import { status } from "../state/can.ts";
 import { onState, signals } from "../state/robot.ts";
 import type { Words } from "../words/index.ts";
 import { SCOPE } from "../words/workshop.ts";
+import { pastOf } from "./traces.ts";
 
 /** The quantity of a channel decides its unit; channels of a group with the same unit share a plot. */
 export type Quantity = "length" | "angle" | "speed" | "angular speed" | "voltage" | "load" | "level";
@@ -14,6 +17,8 @@ export interface Channel {
   words: Words | null;
   axis: string;
   quantity: Quantity;
+  /** Its column in the states that the service keeps, null if it keeps none. */
+  column: string | null;
   read: (state: State | null, found: Signals | null) => number | boolean | null | undefined;
 }
 
@@ -21,8 +26,8 @@ export interface Channel {
 const BITS = 16;
 const AXES = ["a", "b", "c"] as const;
 
-function joints(name: string, group: Words, words: Words | null, kinds: [Quantity, Quantity], read: (i: number) => Channel["read"]): Channel[] {
-  return AXES.map((axis, i) => ({ key: `${name} ${axis}`, group, words, axis, quantity: kinds[i === 0 ? 0 : 1], read: read(i) }));
+function joints(name: string, group: Words, words: Words | null, kinds: [Quantity, Quantity], read: (i: number) => Channel["read"], column: (axis: string) => string | null = () => null): Channel[] {
+  return AXES.map((axis, i) => ({ key: `${name} ${axis}`, group, words, axis, quantity: kinds[i === 0 ? 0 : 1], column: column(axis), read: read(i) }));
 }
 
 function bits(name: "inputs" | "outputs", group: Words, words: Words): Channel[] {
@@ -32,15 +37,16 @@ function bits(name: "inputs" | "outputs", group: Words, words: Words): Channel[]
     words,
     axis: String(i + 1),
     quantity: "level",
+    column: null,
     read: (_state: State | null, found: Signals | null) => found?.[name][i],
   }));
 }
 
 /** All signals that the stream carries. */
 export const CHANNELS: readonly Channel[] = [
-  ...["x", "y", "z"].map((axis, i): Channel => ({ key: axis, group: SCOPE.groupPosition, words: null, axis, quantity: "length", read: (state) => state?.point?.[i] })),
-  ...joints("joint", SCOPE.groupJoints, null, ["angle", "length"], (i) => (state) => state?.joints?.[i]),
-  ...joints("speed", SCOPE.groupSpeed, SCOPE.speedOf, ["angular speed", "speed"], (i) => (state) => state?.velocity[i]),
+  ...["x", "y", "z"].map((axis, i): Channel => ({ key: axis, group: SCOPE.groupPosition, words: null, axis, quantity: "length", column: axis, read: (state) => state?.point?.[i] })),
+  ...joints("joint", SCOPE.groupJoints, null, ["angle", "length"], (i) => (state) => state?.joints?.[i], (axis) => axis),
+  ...joints("speed", SCOPE.groupSpeed, SCOPE.speedOf, ["angular speed", "speed"], (i) => (state) => state?.velocity[i], (axis) => `velocity_${axis}`),
   ...joints("error", SCOPE.groupError, SCOPE.errorOf, ["angle", "length"], (i) => (_, found) => found?.following_error[i]),
   ...joints("torque", SCOPE.groupTorque, SCOPE.torqueOf, ["voltage", "voltage"], (i) => (_, found) => found?.torque[i]),
   ...joints("tension", SCOPE.groupTension, SCOPE.tensionOf, ["load", "load"], (i) => (_, found) => found?.tension?.[i - 1]).slice(1),
@@ -68,13 +74,29 @@ export const KEPT = 60;
 export const samples = new Rings(CHANNELS.length, (KEPT * 1000) / PERIOD);
 
 let latest: State | null = null;
-let sampling: ReturnType<typeof setInterval> | undefined;
+let started = false;
+
+/** The service answers with so many seconds of its clock at most. */
+const LONGEST = 300;
+
+/** Begins with the states that the service has kept of the last minute, as far as it has the signals. */
+async function readPast(): Promise<void> {
+  const speed = status.value?.speed ?? 1;
+  const columns = CHANNELS.map((one) => one.column);
+  const signal = columns.filter((one) => one !== null);
+  const query = { seconds: Math.min(KEPT * speed, LONGEST), rate: 1000 / PERIOD / speed, signal };
+  const view = await ask("GET /v1/scope", { query, large: true }).catch(() => null);
+  if (view === null) return; // nothing is recorded here
+  for (const [time, sample] of pastOf(view, performance.now() / 1000, columns)) samples.push(time, sample);
+}
 
 /** Begins to sample, once. Without a connection the samples are gaps. */
-export function startScope(): void {
-  if (sampling !== undefined) return;
+export async function startScope(): Promise<void> {
+  if (started) return;
+  started = true;
   onState((state) => (latest = state));
-  sampling = setInterval(() => {
+  await readPast();
+  setInterval(() => {
     const found = latest === null ? null : signals.value;
     samples.push(
       performance.now() / 1000,

@@ -4,6 +4,23 @@ export interface Traces {
   columns: readonly (readonly (number | null)[])[];
 }
 
+/** States that the service has kept, as columns; its clock runs at `speed` times real time. */
+export interface Past {
+  end: number;
+  speed: number;
+  columns: Record<string, { values: readonly unknown[] }>;
+}
+
+/** Returns kept states as samples of `columns` with their times [s], of which `now` is that of the newest one's answer. */
+export function pastOf(past: Past, now: number, columns: readonly (string | null)[]): [time: number, sample: number[]][] {
+  const times = past.columns["time"]?.values ?? [];
+  const number = (value: unknown) => (typeof value === "number" ? value : Number.NaN);
+  return times.map((time, i) => [
+    now - (past.end - number(time)) / past.speed,
+    columns.map((one) => (one === null ? Number.NaN : number(past.columns[one]?.values[i]))),
+  ]);
+}
+
 /** The least and the greatest age that is shown [s]. */
 export type Span = readonly [number, number];
 

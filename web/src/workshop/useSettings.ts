@@ -59,7 +59,7 @@ export function useSettings() {
   });
 
   async function read(): Promise<void> {
-    const parts = () => Promise.all([ask("GET /v1/config/schema"), ask("GET /v1/config"), ask("POST /v1/config/check", { body: { settings: {} } })]);
+    const parts = () => Promise.all([ask("GET /v1/config/schema", { large: true }), ask("GET /v1/config"), ask("POST /v1/config/check", { body: { settings: {} } })]);
     const found = await reading.run(parts);
     if (found === undefined) return;
     schema.value = found[0];
