@@ -1,3 +1,4 @@
+import { watch } from "vue";
 import type { Signals, State } from "../generated/api.ts";
 import { ask } from "../api/ask.ts";
 import { PERIOD, Rings } from "../plots/rings.ts";
@@ -79,6 +80,13 @@ let started = false;
 /** The service answers with so many seconds of its clock at most. */
 const LONGEST = 300;
 
+/** Waits until the service has told its speed. */
+function known(): Promise<void> {
+  return new Promise((resolve) => {
+    watch(status, (next) => next !== null && resolve(), { immediate: true });
+  });
+}
+
 /** Begins with the states that the service has kept of the last minute, as far as it has the signals. */
 async function readPast(): Promise<void> {
   const speed = status.value?.speed ?? 1;
@@ -95,6 +103,7 @@ export async function startScope(): Promise<void> {
   if (started) return;
   started = true;
   onState((state) => (latest = state));
+  await known();
   await readPast();
   setInterval(() => {
     const found = latest === null ? null : signals.value;
