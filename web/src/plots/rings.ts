@@ -1,4 +1,4 @@
-import { onState, signals } from "../state/robot.ts";
+import { live, onState, signals, state as present } from "../state/robot.ts";
 
 /** The last `SECONDS` of some signals, sampled at 10 Hz by the time of arrival, in buffers of fixed length. */
 export const SECONDS = 20;
@@ -48,7 +48,7 @@ export class Rings {
 export const rings = new Rings();
 
 const NOTHING = [Number.NaN, Number.NaN, Number.NaN];
-let latest: { point: readonly number[] | null; velocity: readonly number[] } | null = null;
+let latest: { point: readonly number[] | null; velocity: readonly number[] } | null = live.value ? present.value : null;
 
 onState((state) => {
   latest = state === null ? null : { point: state.point, velocity: state.velocity };

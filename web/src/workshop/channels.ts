@@ -3,7 +3,7 @@ import type { Signals, State } from "../generated/api.ts";
 import { ask } from "../api/ask.ts";
 import { PERIOD, Rings } from "../plots/rings.ts";
 import { status } from "../state/can.ts";
-import { onState, signals } from "../state/robot.ts";
+import { live, onState, signals, state } from "../state/robot.ts";
 import type { Words } from "../words/index.ts";
 import { SCOPE } from "../words/workshop.ts";
 import { pastOf } from "./traces.ts";
@@ -102,7 +102,8 @@ async function readPast(): Promise<void> {
 export async function startScope(): Promise<void> {
   if (started) return;
   started = true;
-  onState((state) => (latest = state));
+  latest = live.value ? state.value : null; // a robot at rest sends its next state only after seconds
+  onState((next) => (latest = next));
   await known();
   await readPast();
   setInterval(() => {
