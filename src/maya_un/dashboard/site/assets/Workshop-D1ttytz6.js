@@ -1,1 +1,0 @@
-import{Q as e,R as t,Y as n,_ as r,ct as i,nt as a}from"./index-MFftb1tO.js";import{D as o,at as s}from"./reactivity.esm-bundler-BnZ2jggt.js";var c={class:`page`},l=a({__name:`Workshop`,setup(a){return(a,l)=>(i(),e(`div`,c,[n(`h1`,null,s(o(t)(o(r).workshop)),1)]))}});export{l as default};
