@@ -288,6 +288,11 @@ class Service:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""
         return permissions.refusals(self, self.entrance.lease, by)
 
+    @property
+    def circumstances(self) -> object:
+        """The facts on which `refusals` depend, besides the caller; equal ones have equal answers."""
+        return permissions.circumstances(self, self.entrance.lease)
+
     async def status(self) -> Status:
         """Return the current status."""
         jobs = self._process.shown.first_lines()

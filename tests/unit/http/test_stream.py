@@ -17,6 +17,7 @@ from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
+from maya_un.errors import LeaseHeld, NotAllowed
 from maya_un.http import connections
 from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
@@ -402,6 +403,32 @@ def test_stream_of_a_demoted_user_goes_on_with_the_lower_role() -> None:
             assert (await client.ask("renew", lease="x"))["code"] == 4102
 
     run(main())
+
+
+def test_rights_follow_the_role_and_the_bound_lease() -> None:
+    async def main() -> None:
+        watched = Watched()
+        watched.show(homed=True)
+        admin, _ = await guarded(watched)
+        await watched.users.add("bea", "admin")
+        lease = watched.entrance.lease.take("ada", "lab").id
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {admin}") as client:
+            await client.ask("subscribe", can=True)
+            assert await refusal_to_jog(client) == LeaseHeld.code
+            await client.ask("renew", lease=lease, bound=True)
+            assert await refusal_to_jog(client) is None
+            await client.ask("renew", lease=lease)
+            assert await refusal_to_jog(client) == LeaseHeld.code
+            await watched.users.change("ada", role="viewer", by=replace(LOCAL, name="bea"))
+            assert await refusal_to_jog(client) == NotAllowed.code
+
+    run(main())
+
+
+async def refusal_to_jog(client: Client) -> int | None:
+    """Return the code in the next message about rights."""
+    refusal = (await client.until("can"))["can"]["actions"]["jog"]
+    return refusal and refusal["code"]
 
 
 @pytest.mark.waits("1 s by which requests for the past beyond the allowance are delayed, over a real socket")

@@ -32,7 +32,7 @@ from maya_un.http.stream.messages import (
     subscription,
 )
 from maya_un.http.stream.requests import StreamRequests
-from maya_un.http.stream.topics import TOPICS
+from maya_un.http.stream.topics import TOPICS, Audience
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.operations import Caller, Operation
 
@@ -161,6 +161,7 @@ class StreamSession:
 
     async def converse(self) -> None:
         """Greet the client and answer its messages, until one side ends."""
+        self._address()
         self._greet({})
         try:
             while (text := await received(self._socket)) is not None:
@@ -184,7 +185,16 @@ class StreamSession:
         if isinstance(now, MayaError):
             refuse(self._wire, now, self._language)
         else:
-            self._caller = now
+            self._become(now)
+
+    def _become(self, caller: Caller) -> None:
+        self._caller = caller
+        self._address()
+
+    def _address(self) -> None:
+        """Have personal topics follow the rights of this client, under the lease that its requests have."""
+        caller = replace(self._caller, source="", token="", lease=self._bound)
+        self._hub.address(self._reader, Audience(caller, self._language))
 
     async def _breathe(self) -> None:
         """Delay the next message of a client that sends too many; other clients do not wait."""
@@ -204,10 +214,10 @@ class StreamSession:
             message = decoded(text)
             kind = kind_of(message)
             if kind == "hello":
-                self._caller = await self._entrance.meet(message)
+                self._become(await self._entrance.meet(message))
                 self._greet(message)
                 return
-            self._caller = await self._entrance.caller()
+            self._become(await self._entrance.caller())
             match kind:
                 case "subscribe":
                     await self._subscribe(message)
@@ -299,6 +309,7 @@ class StreamSession:
         holder = replace(self._caller, lease=lease)
         view = await self._bridge.call(holder, Operation.RENEW, lambda service: service.lease.renew(holder))
         self._bound = lease if bound else ""
+        self._address()
         self._wire.write(plain_frame("renewed", message, expires_in=view.expires_in, bound=bound))
 
     async def _let_go(self) -> None:
