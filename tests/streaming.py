@@ -63,6 +63,7 @@ class Facts:
     run: int
     last_event: int
     speed: float = 1.0
+    address: str = "sim"
 
 
 class Watched:
@@ -79,6 +80,7 @@ class Watched:
         self.shown: dict[str, Any] = {"mode": "running"}
         self.views = self.looks = 0
         self.move: object = None
+        self.name = "MAYA"
         self.running: int | None = None
         self.forecasts: list[str] = []
         self.forgotten = 0

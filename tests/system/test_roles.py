@@ -67,6 +67,7 @@ TABLE: dict[str, Asked] = {
     "GET /v1/table": _READ,
     "GET /v1/motion": _READ,
     "GET /v1/link": _READ,
+    "GET /v1/margins": _READ,
     "GET /v1/signals": _READ,
     "GET /v1/workspace?z=0.4": _READ,
     "POST /v1/reach": for_(Operation.READ, body={"points": [[0.5, 1.2, 0.4]]}),

@@ -43,7 +43,7 @@ from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
 from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
-from maya_un.service.reachability import reach_of
+from maya_un.service.reachability import MarginSnapshot, reach_of
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
 
@@ -252,6 +252,16 @@ class Service:
     def signals(self) -> Signals | None:
         """Return signals of the controller; None while disconnected, and where only another process has them."""
         return self._controller.signals()
+
+    def margins(self) -> MarginSnapshot | None:
+        """Return the position of the robot in its workspace, None before homing."""
+        joints = self._controller.state.joints
+        return None if joints is None else MarginSnapshot(self._controller.workspace, joints)
+
+    @property
+    def name(self) -> str:
+        """The name of the robot."""
+        return self._config.coms.name
 
     def link(self) -> LinkView:
         """Return the quality of the link to the controller."""

@@ -7,6 +7,7 @@ import json
 import socket
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,18 +44,23 @@ def run_story(story: Story, *, before: int = 0, run_number: int = 1, speed: floa
 
 def test_greeting_has_versions_run_last_event_and_caller() -> None:
     async def story(_: Watched, client: Client) -> None:
-        assert client.got == [
-            {
-                "type": "hello",
-                "version": __version__,
-                "protocol": 1,
-                "run": 4,
-                "last_event": 3,
-                "who": {"name": "local", "role": "admin"},
-            }
-        ]
+        (greeting,) = client.got
+        time, date = greeting.pop("time"), datetime.fromisoformat(greeting.pop("date"))
+        assert greeting == {
+            "type": "hello",
+            "version": __version__,
+            "protocol": 1,
+            "run": 4,
+            "last_event": 3,
+            "robot": "MAYA",
+            "address": "sim",
+            "speed": 50.0,
+            "who": {"name": "local", "role": "admin"},
+        }
+        passed = (asyncio.get_running_loop().time() - time) / 50.0
+        assert (datetime.now(UTC) - date).total_seconds() == pytest.approx(passed, abs=0.1)
 
-    run_story(story, before=3, run_number=4)
+    run_story(story, before=3, run_number=4, speed=50.0)
 
 
 def test_invalid_message_is_answered_and_the_client_stays() -> None:

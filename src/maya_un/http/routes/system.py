@@ -35,6 +35,7 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
+from maya_un.schema.previews import NearestLimits
 from maya_un.schema.robot import (
     EventMessage,
     Health,
@@ -50,6 +51,7 @@ from maya_un.schema.robot import (
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
+from maya_un.service.reachability import MarginSnapshot
 from maya_un.service.service import Service
 from maya_un.values import Mode, Notice
 
@@ -134,6 +136,16 @@ def add_reading(routes: Routes) -> None:
             return signals
 
         return answer(await ask(found))
+
+    @routes.add("GET", "/v1/margins", Operation.READ, tag=_STATUS, gives=NearestLimits, client="margins")
+    async def margins(ask: Ask) -> Response:
+        """Return the limits and zones that are nearest to the robot, with their margins."""
+
+        async def found(service: Service) -> MarginSnapshot | None:
+            return service.margins()
+
+        snapshot = await ask(found)
+        return answer(NearestLimits() if snapshot is None else snapshot.view())
 
     @routes.add("GET", "/v1/link", Operation.READ, tag=_STATUS, gives=LinkView, client="link")
     async def link(ask: Ask) -> Response:

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
+from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from maya_un.events import Event
@@ -315,10 +316,14 @@ class RateGroup:
 
 
 class StreamHub:
-    """Sends the batches of a source to all readers of one `run`; runs in the server's loop."""
+    """Sends the batches of a source to all readers of one `run`; runs in the server's loop.
 
-    def __init__(self, run: int, ring: EventRing) -> None:
+    `about` is what the greeting tells of the robot.
+    """
+
+    def __init__(self, run: int, ring: EventRing, about: Mapping[str, object] = MappingProxyType({})) -> None:
         self.run = run
+        self.about = about
         self.ring = ring
         self._tap: StreamSource | None = None
         self._paces: dict[float, RateGroup] = {}

@@ -18,6 +18,7 @@ from maya_un import __version__
 from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSignedIn, StreamLagging
 from maya_un.http.bridge import Bridge, LoopShare
 from maya_un.http.connections import is_local, source_of
+from maya_un.http.dates import moment
 from maya_un.http.log import written_down
 from maya_un.http.stream.hub import CHUNK, StreamHub, StreamReader
 from maya_un.http.stream.messages import (
@@ -162,7 +163,7 @@ class StreamSession:
     async def converse(self) -> None:
         """Greet the client and answer its messages, until one side ends."""
         self._address()
-        self._greet({})
+        await self._greet({})
         try:
             while (text := await received(self._socket)) is not None:
                 await self._wire.writable.wait()  # no messages of a client that does not read are processed
@@ -215,7 +216,7 @@ class StreamSession:
             kind = kind_of(message)
             if kind == "hello":
                 self._become(await self._entrance.meet(message))
-                self._greet(message)
+                await self._greet(message)
                 return
             self._become(await self._entrance.caller())
             match kind:
@@ -232,10 +233,12 @@ class StreamSession:
         except MayaError as error:
             self._wire.write(error_frame(error, self._language, message))
 
-    def _greet(self, about: Mapping[str, Any]) -> None:
+    async def _greet(self, about: Mapping[str, Any]) -> None:
+        """Introduce the robot, with the date of a time of its clock, because events have times of that clock."""
+        time, date = await self._bridge.within(_clocks)
         who = {"name": self._caller.name, "role": self._caller.role.word}
         facts = {"version": __version__, "protocol": PROTOCOL, "run": self._hub.run, "last_event": self._hub.ring.last}
-        self._wire.write(plain_frame("hello", about, **facts, who=who))
+        self._wire.write(plain_frame("hello", about, **facts, **self._hub.about, time=time, date=date, who=who))
 
     async def _subscribe(self, message: Mapping[str, Any]) -> None:
         wanted = subscription(message)
@@ -319,3 +322,8 @@ class StreamSession:
                 await self._bridge.call(
                     holder, Operation.LEASE, lambda service: service.lease.release(holder, lost=True)
                 )
+
+
+async def _clocks() -> tuple[float, str]:
+    """Return the time of the running loop [s], and its date."""
+    return asyncio.get_running_loop().time(), moment()

@@ -14,10 +14,12 @@ from typing import Any, NamedTuple
 from maya_un.events import Event, GripperClosed, GripperOpened, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import Permissions
+from maya_un.schema.previews import NearestLimits
 from maya_un.schema.robot import LinkView, MotionView, Signals, TableView
 from maya_un.service.access.operations import LOCAL, Caller
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.permissions import as_permissions
+from maya_un.service.reachability import MarginSnapshot
 from maya_un.service.service import Service
 
 PERIOD = 0.1
@@ -89,6 +91,13 @@ TABLE = StreamTopic(
     source=lambda service: service.state.gripper_closed,
 )
 
+
+def _margins(snapshot: MarginSnapshot | None, _language: str) -> NearestLimits:
+    return NearestLimits() if snapshot is None else snapshot.view()
+
+
+MARGINS = StreamTopic("margins", NearestLimits, lambda service, caller: service.margins(), look=0.5, shown=_margins)
+
 CAN = StreamTopic(
     "can",
     Permissions,
@@ -100,7 +109,7 @@ CAN = StreamTopic(
     personal=True,
 )
 
-TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS, TABLE, CAN)}
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS, MARGINS, TABLE, CAN)}
 """All topics by name."""
 
 
