@@ -55,7 +55,7 @@ class EventMessage:
 
 @dataclass(frozen=True, slots=True)
 class Jogged:
-    """Distance of a jog along its `axis` (rad or m, signed).
+    """Distance of a jog along its `axis` (rad or m, signed), "" for a vector.
 
     `limit` is the name of the limit that shortens the requested distance, "" for none; `reason` describes it.
     """
@@ -132,6 +132,19 @@ class HeldJog:
 
     axis: str
     direction: int
+    moving: bool
+    limit: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SteeredJog:
+    """The state of a held jog along a `vector`: the one that the robot follows; its length is the share of the speed.
+
+    The other fields are those of `HeldJog`.
+    """
+
+    vector: tuple[float, float, float]
     moving: bool
     limit: str = ""
     reason: str = ""

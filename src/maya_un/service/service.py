@@ -33,7 +33,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
-from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status, Table, TableView
+from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status, SteeredJog, Table, TableView
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
@@ -172,6 +172,15 @@ class Service:
         """
         self.require_free()
         return await self._held.hold(axis, direction, speed, press)
+
+    async def jog_vector(self, vector: tuple[float, float, float], *, press: str | None = None) -> SteeredJog:
+        """Jog the gripper straight along `vector`, whose length (0.01 to 1) is the share of the full speed.
+
+        It lasts as `jog_hold` does. The speed changes at once; for a direction that differs by more than 0.2 rad the
+        robot first comes to rest on its path. Raises as `jog` does, and `InvalidValue` for another length.
+        """
+        self.require_free()
+        return await self._held.steer(vector, press)
 
     async def jog_release(self, press: str | None = None) -> None:
         """Stop a held jog on its path, with `press` only that of this press; do nothing without one."""
