@@ -79,14 +79,32 @@ class PathPoint:
 
 
 @dataclass(frozen=True, slots=True)
+class NextStep:
+    """The step number `step` of job `job` that follows the running one: its label, its primitive and its target.
+
+    `target` is a point [m], joints (rad, m, m), whether the gripper opens, or None. `points` are at most 64 points of
+    the gripper on its path [m]; empty while they are computed, if the step moves nothing, and if it would be refused.
+    """
+
+    job: int
+    step: int
+    label: str
+    primitive: str
+    target: tuple[float, float, float] | bool | None
+    points: tuple[Point, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class MotionView:
     """The path of the motion under way, which began at loop time `began` [s]; times hold for the present speed.
 
-    `path` is empty at rest, in a homing, and where another process carries motions out.
+    `path` is empty at rest, in a homing, and where another process carries motions out. `next` is the step after the
+    running one, None without one.
     """
 
     began: float | None = None
     path: tuple[PathPoint, ...] = ()
+    next: NextStep | None = None
 
 
 @dataclass(frozen=True, slots=True)

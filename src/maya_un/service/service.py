@@ -33,7 +33,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
-from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status, SteeredJog, Table, TableView
+from maya_un.schema.robot import HeldJog, Jogged, LinkView, NextStep, Signals, Status, SteeredJog, Table, TableView
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
@@ -283,9 +283,18 @@ class Service:
         return None if run is None else run.move
 
     def motion(self) -> MotionSnapshot | None:
-        """Return the motion under way, None at rest, in a homing, and where another process carries motions out."""
-        run = self._controller.run
-        return None if run is None else MotionSnapshot(run.move, run.began, self._controller.mechanism)
+        """Return the motion under way and the step after the running one, None without both.
+
+        No motion is known in a homing, and where another process carries motions out.
+        """
+        run, ahead = self._controller.run, self.next_step()
+        if run is None:
+            return None if ahead is None else MotionSnapshot(None, None, self._controller.mechanism, ahead)
+        return MotionSnapshot(run.move, run.began, self._controller.mechanism, ahead)
+
+    def next_step(self) -> NextStep | None:
+        """Return the step after the running one, None without one; another object once its path is computed."""
+        return self._process.ahead.look()
 
     def table(self) -> TableView:
         """Return the parts by name with their places [m], from the twin, or on a machine as jobs tell them."""

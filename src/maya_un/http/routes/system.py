@@ -115,7 +115,7 @@ def add_reading(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/motion", Operation.READ, tag=_STATUS, gives=MotionView, client="motion")
     async def motion(ask: Ask) -> Response:
-        """Return the path of the motion under way."""
+        """Return the path of the motion under way, and the step that follows the running one."""
 
         async def found(service: Service) -> MotionSnapshot | None:
             return service.motion()
