@@ -18,7 +18,7 @@ from maya_un.controller.protocol import Preview
 from maya_un.events import Listener
 from maya_un.http.bridge import Bridge
 from maya_un.http.stream.hub import Batch, StreamSource
-from maya_un.http.stream.topics import QUEUE
+from maya_un.http.stream.topics import EVERYBODY, QUEUE
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Route
 from maya_un.robot.primitives import Primitive
@@ -52,7 +52,7 @@ class StackEvents:
     def take(self, batch: Batch) -> None:
         """Take new events and a new state of the queue."""
         if QUEUE in batch.values:
-            self.view = cast("QueueView", batch.values[QUEUE])
+            self.view = cast("QueueView", batch.values[QUEUE][EVERYBODY.caller])
         for event in batch.events:
             for listener in tuple(self._listeners):
                 listener(event)
@@ -73,7 +73,7 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
         loop.call_soon_threadsafe(echo.take, batch)
 
     tap = StreamSource(service, hand_over, speed)
-    tap.topics[QUEUE].wanted = True
+    tap.topics[QUEUE].wanted = frozenset({EVERYBODY.caller})
     tapping = loop.create_task(bridge.within(lambda: tap.run(last)), name="tap of the graph")
     try:
         yield echo

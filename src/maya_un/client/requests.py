@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         JobInspection,
         JobPreview,
         JobText,
+        NearestLimits,
         ParsedJob,
         Reach,
         Reachability,
@@ -36,7 +37,9 @@ if TYPE_CHECKING:
         Readiness,
         Signals,
         Status,
+        SteeredJog,
         Table,
+        TableView,
     )
     from maya_un.values import Joints, Point, StopReport
 
@@ -70,13 +73,18 @@ def status() -> Request[Status]:
 
 
 def motion() -> Request[MotionView]:
-    """Return the path of the motion under way."""
+    """Return the path of the motion under way, and the step that follows the running one."""
     return Request("GET", "/v1/motion", Answer("maya_un.schema.robot", "MotionView"))
 
 
 def signals() -> Request[Signals]:
     """Return signals of the controller: following errors, motor commands, tensions, digital inputs and outputs."""
     return Request("GET", "/v1/signals", Answer("maya_un.schema.robot", "Signals"))
+
+
+def margins() -> Request[NearestLimits]:
+    """Return the limits and zones that are nearest to the robot, with their margins."""
+    return Request("GET", "/v1/margins", Answer("maya_un.schema.previews", "NearestLimits"))
 
 
 def link() -> Request[LinkView]:
@@ -102,6 +110,14 @@ def events(
 def twin() -> Request[Table]:
     """Return the positions of the parts on the table of the twin [m]."""
     return Request("GET", "/v1/twin", Answer("maya_un.schema.robot", "Table"))
+
+
+def table() -> Request[TableView]:
+    """Return the parts by name with their places [m], and the part that the gripper carries.
+
+    On a real machine they are the parts of the latest job that names any.
+    """
+    return Request("GET", "/v1/table", Answer("maya_un.schema.robot", "TableView"))
 
 
 def config() -> Request[Config]:
@@ -439,10 +455,25 @@ def jog_hold(axis: str, direction: int, *, speed: float = 1.0, press: str | None
     )
 
 
+def jog_vector(vector: tuple[float, float, float], *, press: str | None = None) -> Request[SteeredJog]:
+    """Jog the gripper straight along a vector for as long as this request is repeated, at least twice a second.
+
+    The length of `vector` [x, y, z], 0.01 to 1, is the share of the full speed, which may change with every request. If
+    the direction changes by more than 0.2 rad, the robot first comes to rest on its path. `press` is that of `JogHold`.
+    """
+    return Request(
+        "POST",
+        "/v1/jog",
+        Answer("maya_un.schema.robot", "SteeredJog"),
+        body={"vector": vector, "hold": True} | changed({"press": (press, None)}),
+        timeout=3600.0,
+    )
+
+
 def jog_release(press: str | None = None) -> Request[None]:
     """End the held jog, with `press` only that of this press.
 
-    `axis`, `direction` and `speed` are accepted and ignored.
+    `axis`, `direction`, `speed` and `vector` are accepted and ignored.
     """
     return Request("POST", "/v1/jog", NOTHING, body={"hold": False} | changed({"press": (press, None)}), timeout=3600.0)
 

@@ -45,7 +45,7 @@ from maya_un.process.spec.tasks import (
 )
 from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.robot import Robot, on_paper
+from maya_un.robot.robot import Robot, gripper_path, on_paper
 from maya_un.schema.previews import (
     Band,
     JobInspection,
@@ -227,6 +227,16 @@ class ExpansionRest(NamedTuple):
 
     parts: dict[str, Point | None]
     remarks: tuple[str, ...]
+    start: dict[str, Point | None]
+
+    @classmethod
+    def of(cls, expansion: Expansion) -> ExpansionRest:
+        """Return all of an expansion but its tasks."""
+        return cls(expansion.parts, expansion.remarks, expansion.start)
+
+    def joined(self, pieces: Sequence[Sequence[Task]]) -> Expansion:
+        """Return the expansion with its tasks, which arrived in pieces."""
+        return Expansion(tuple(task for piece in pieces for task in piece), *self)
 
 
 class WrittenJob(NamedTuple):
@@ -279,7 +289,7 @@ def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, Non
     yield
     written = write_job(parsed(job), grasp_height, recalled(taught))
     yield from _pieces(written.expansion.tasks)
-    return WrittenJob(written.name, written.body, ExpansionRest(written.expansion.parts, written.expansion.remarks))
+    return WrittenJob(written.name, written.body, ExpansionRest.of(written.expansion))
 
 
 def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, ExpansionRest]:
@@ -287,12 +297,25 @@ def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Expansi
     yield
     expansion = expanded(body, grasp_height)
     yield from _pieces(expansion.tasks)
-    return ExpansionRest(expansion.parts, expansion.remarks)
+    return ExpansionRest.of(expansion)
 
 
 def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
     """Return the preview of some tasks from `start`."""
     return (yield from preview_tasks(on_paper(workspace), tasks, start))
+
+
+def path_ahead(
+    workspace: Workspace, primitives: Sequence[Primitive], start: Pose, most: int
+) -> Generator[None, None, tuple[Point, ...]]:
+    """Return at most `most` points [m] on the path of the last of some primitives, which begin at `start`."""
+    pose = start
+    for primitive in primitives[:-1]:
+        pose = on_paper(workspace).preview(primitive, pose).end
+        yield
+    found = on_paper(workspace).plan(primitives[-1], pose)
+    yield
+    return gripper_path(workspace, found, most)
 
 
 def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
@@ -361,6 +384,9 @@ T = TypeVar("T")
 CHECK = "check"
 """Principal of the computation of the job that begins next."""
 
+AHEAD = "ahead"
+"""Principal of the computation of the step that follows the running one, for those who watch."""
+
 REPORT = "report"
 """Principal of the computation of a job for a report."""
 
@@ -394,7 +420,7 @@ class JobComputer:
         asked = (job, self.taught(), self._grasp_height)
         answer = await self._staff.people.run(write, *asked, whose=f"submit {whose}", each=SUBMITTED)
         name, body, rest = answer.value
-        return StoredJob(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
+        return StoredJob(name, body, rest.joined(answer.parts))
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return the expansion of a stored job with `steps` steps.
@@ -404,7 +430,7 @@ class JobComputer:
         if self._staff is not None and COMMAND_KEY not in body:
             worker = self._staff.people if whose == REPORT else self._staff.own
             answer = await worker.run(expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
-            return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
+            return answer.value.joined(answer.parts)
         return await self._expanded_here(body, steps)
 
     async def expanded_anyway(self, body: Body) -> Expansion:
@@ -439,6 +465,15 @@ class JobComputer:
             if courses[-1].preview.refusal is not None:
                 break
         return joined_outlook(courses, start)
+
+    async def path_ahead(self, primitives: Sequence[Primitive], start: Pose, most: int) -> tuple[Point, ...]:
+        """Return at most `most` points [m] on the path of the last of some primitives, which begin at `start`.
+
+        Without workers there are none. Raises the errors of planning, and as `Workers.run` does.
+        """
+        if self._staff is None:
+            return ()
+        return await self._asked(path_ahead, primitives, start, most, whose=AHEAD)
 
     async def require(self, tasks: Sequence[Task], start: Pose) -> None:
         """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
@@ -490,7 +525,3 @@ async def _slowly(work: Generator[None, None, T]) -> T:
         except StopIteration as end:
             return end.value
         await asyncio.sleep(0)
-
-
-def _joined(parts: Sequence[Sequence[Task]]) -> tuple[Task, ...]:
-    return tuple(task for part in parts for task in part)

@@ -55,7 +55,7 @@ class EventMessage:
 
 @dataclass(frozen=True, slots=True)
 class Jogged:
-    """Distance of a jog along its `axis` (rad or m, signed).
+    """Distance of a jog along its `axis` (rad or m, signed), "" for a vector.
 
     `limit` is the name of the limit that shortens the requested distance, "" for none; `reason` describes it.
     """
@@ -79,14 +79,32 @@ class PathPoint:
 
 
 @dataclass(frozen=True, slots=True)
+class NextStep:
+    """The step number `step` of job `job` that follows the running one: its label, its primitive and its target.
+
+    `target` is a point [m], joints (rad, m, m), whether the gripper opens, or None. `points` are at most 64 points of
+    the gripper on its path [m]; empty while they are computed, if the step moves nothing, and if it would be refused.
+    """
+
+    job: int
+    step: int
+    label: str
+    primitive: str
+    target: tuple[float, float, float] | bool | None
+    points: tuple[Point, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class MotionView:
     """The path of the motion under way, which began at loop time `began` [s]; times hold for the present speed.
 
-    `path` is empty at rest, in a homing, and where another process carries motions out.
+    `path` is empty at rest, in a homing, and where another process carries motions out. `next` is the step after the
+    running one, None without one.
     """
 
     began: float | None = None
     path: tuple[PathPoint, ...] = ()
+    next: NextStep | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +155,19 @@ class HeldJog:
     reason: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class SteeredJog:
+    """The state of a held jog along a `vector`: the one that the robot follows; its length is the share of the speed.
+
+    The other fields are those of `HeldJog`.
+    """
+
+    vector: tuple[float, float, float]
+    moving: bool
+    limit: str = ""
+    reason: str = ""
+
+
 def plain(value: object) -> str | int | float | bool | None:
     """Return a detail of an event as interfaces send it: values of other types become text."""
     return value if value is None or isinstance(value, str | int | float | bool) else str(value)
@@ -165,6 +196,21 @@ class Table:
     """Positions of the parts on the twin's table [m], by name."""
 
     parts: dict[str, Point]
+
+
+@dataclass(frozen=True, slots=True)
+class TableView:
+    """The parts by name, each at its grasp point [m], and the part that the gripper carries, if any.
+
+    With `source` "twin" the twin reports them. With "believed" they are the parts of the latest job that names any,
+    at the places where jobs have put them: no sensor measures them. A place is None in the gripper, and if it is
+    unknown. `holding` is whether the gripper holds a part, None if unknown.
+    """
+
+    source: Literal["twin", "believed"]
+    parts: dict[str, Point | None]
+    carried: str | None
+    holding: bool | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,6 +43,14 @@ from tests.virtual_time import elapse
             ("jog_hold", "r", 1, 1.0, "7"),
             200,
         ),
+        (
+            "POST",
+            "/v1/jog",
+            {"vector": [0.3, 0, -0.4], "hold": True, "press": "7"},
+            ("jog_vector", (0.3, 0.0, -0.4), "7"),
+            200,
+        ),
+        ("POST", "/v1/jog", {"vector": [1, 0, 0], "hold": False}, ("jog_release", None), 200),
         ("POST", "/v1/jog", {"hold": False}, ("jog_release", None), 200),
         ("POST", "/v1/jog", {"hold": False, "press": "7"}, ("jog_release", "7"), 200),
         ("POST", "/v1/jog", {"axis": "z", "direction": -1, "hold": False}, ("jog_release", None), 200),
@@ -131,16 +139,6 @@ async def test_patience_ends() -> None:
     await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
 
 
-async def test_twin_reports_the_positions_of_its_parts() -> None:
-    async with app_client(ServiceStandIn(), parts=True) as client:
-        assert (await client.get("/v1/twin")).json() == {"parts": {"cube": [0.5, 1.0, 0.4]}}
-
-
-async def test_a_real_machine_has_no_twin() -> None:
-    async with app_client(ServiceStandIn()) as client:
-        assert problem(await client.get("/v1/twin"))["code"] == NotFound.code
-
-
 @pytest.mark.parametrize(
     ("error", "status"),
     [
@@ -198,6 +196,12 @@ async def test_unexpected_error_is_one_sentence(tmp_path: Any, monkeypatch: pyte
         ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 2}'),
         ("/v1/jog", b'{"axis": 3, "distance": 1}'),
         ("/v1/jog", b'{"axis": "a", "distance": true}'),
+        ("/v1/jog", b'{"vector": [1, 0], "hold": true}'),
+        ("/v1/jog", b'{"vector": [1, 0, "far"], "hold": true}'),
+        ("/v1/jog", b'{"vector": [2, 0, 0], "hold": true}'),
+        ("/v1/jog", b'{"vector": [NaN, 0, 0], "hold": true}'),
+        ("/v1/jog", b'{"vector": [1, 0, 0]}'),
+        ("/v1/jog", b'{"vector": [1, 0, 0], "axis": "x", "hold": true}'),
         ("/v1/jog", b'{"axis": "a", "distance": "far"}'),
         ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 0}'),
         ("/v1/jog", b'{"axis": "a", "distance": 1, "speed": 1e-99}'),
