@@ -345,6 +345,13 @@ export interface JogRelease {
   axis?: unknown;
   direction?: unknown;
   speed?: unknown;
+  vector?: unknown;
+}
+
+export interface JogVector {
+  vector: [number, number, number];
+  hold: true;
+  press?: string | null;
 }
 
 export interface Jogged {
@@ -404,6 +411,7 @@ export type Mode = "disconnected" | "not_homed" | "homing" | "idle" | "moving" |
 export interface MotionView {
   began: number | null;
   path: (PathPoint)[];
+  next: NextStep | null;
 }
 
 export interface Moving {
@@ -425,6 +433,10 @@ export interface Nearest {
   time: number;
 }
 
+export interface NearestLimits {
+  nearest: (Distance)[];
+}
+
 export interface NewToken {
   id: string;
   user: string;
@@ -432,6 +444,15 @@ export interface NewToken {
   token: string;
   note: string;
   expires: string;
+}
+
+export interface NextStep {
+  job: number;
+  step: number;
+  label: string;
+  primitive: string;
+  target: [number, number, number] | boolean | null;
+  points: (Point)[];
 }
 
 export interface Notice {
@@ -660,6 +681,13 @@ export interface Status {
   reason: string;
 }
 
+export interface SteeredJog {
+  vector: [number, number, number];
+  moving: boolean;
+  limit: string;
+  reason: string;
+}
+
 export interface Step {
   home?: true;
   pick?: (number)[] | { x: number; y: number; z?: number; } | string;
@@ -709,6 +737,13 @@ export interface StorageConfig {
 
 export interface Table {
   parts: Record<string, Point>;
+}
+
+export interface TableView {
+  source: "twin" | "believed";
+  parts: Record<string, Point | null>;
+  carried: string | null;
+  holding: boolean | null;
 }
 
 export interface Taking {
@@ -787,9 +822,11 @@ export interface Operations {
   "GET /v1/status": { body: undefined; answer: Status };
   "GET /v1/motion": { body: undefined; answer: MotionView };
   "GET /v1/signals": { body: undefined; answer: Signals };
+  "GET /v1/margins": { body: undefined; answer: NearestLimits };
   "GET /v1/link": { body: undefined; answer: LinkView };
   "GET /v1/events": { body: undefined; answer: (EventMessage)[] };
   "GET /v1/twin": { body: undefined; answer: Table };
+  "GET /v1/table": { body: undefined; answer: TableView };
   "GET /v1/config": { body: undefined; answer: Config };
   "GET /v1/reach": { body: undefined; answer: Reach };
   "POST /v1/reach": { body: Points; answer: Reachability };
@@ -818,7 +855,7 @@ export interface Operations {
   "POST /v1/jobs/{job}/release": { body: undefined; answer: JobLine };
   "POST /v1/jobs/{job}/move": { body: Moving; answer: JobLine };
   "POST /v1/jobs/{job}/again": { body: Again; answer: JobLine };
-  "POST /v1/jog": { body: JogBy | JogHold | JogRelease; answer: Jogged | HeldJog | Released };
+  "POST /v1/jog": { body: JogBy | JogHold | JogVector | JogRelease; answer: Jogged | HeldJog | SteeredJog | Released };
   "POST /v1/stop": { body: undefined; answer: StopReport };
   "POST /v1/abort": { body: undefined; answer: Aborted };
   "POST /v1/pause": { body: undefined; answer: StopReport };
@@ -868,6 +905,9 @@ export interface Topics {
   motion: MotionView;
   link: LinkView;
   signals: Signals | null;
+  margins: NearestLimits;
+  table: TableView;
+  can: Permissions;
 }
 
 /** The actions of `Permissions`. */
