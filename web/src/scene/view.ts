@@ -2,6 +2,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Config, MotionView, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
+import { meeting } from "../machine/kinematics.ts";
 
 export type View = "perspective" | "top" | "side";
 
@@ -283,8 +284,9 @@ export class RobotView {
     const ahead = Math.min((performance.now() - latest.at) / 1000, FORESIGHT) * this.clockSpeed;
     const speeds = latest.state.moving ? velocity : [0, 0, 0];
     const [a, b, c] = [0, 1, 2].map((i) => (joints[i as 0] ?? 0) + (speeds[i] ?? 0) * ahead) as [number, number, number];
-    const place = this.meeting(a, b, c);
-    if (place === null) return false;
+    const met = meeting(this.config.geometry, a, b, c);
+    if (met === null) return false;
+    const place = new THREE.Vector3(...met);
     this.boom.rotation.z = -a;
     const { height, delta, length, gripper_height: hang } = this.config.geometry;
     [delta, length].forEach((d, i) => {
@@ -300,16 +302,6 @@ export class RobotView {
     this.plumb.computeLineDistances();
     this.drawTrace();
     return latest.state.moving && performance.now() - latest.at < FORESIGHT * 1000;
-  }
-
-  private meeting(a: number, b: number, c: number): THREE.Vector3 | null {
-    const { height, delta, length } = this.config.geometry;
-    const width = length - delta;
-    const u = width / 2 + ((b - c) * (b + c)) / (2 * width);
-    const square = (b - u) * (b + u);
-    if (square < 0) return null;
-    const d = delta + u;
-    return new THREE.Vector3(d * Math.sin(a), d * Math.cos(a), height - Math.sqrt(square));
   }
 
   private colourOfTension(line: 0 | 1): THREE.Color {
