@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { vectorOfKeys } from "../src/drive/keys.ts";
-import { DEAD, deflection, dominant, limited, shaped, SLOWEST, vectorOf } from "../src/drive/stick.ts";
+import { DEAD, deflection, limited, shaped, SLOWEST, vectorOf } from "../src/drive/stick.ts";
 
 describe("a stick", () => {
   it("is at rest in its dead zone", () => {
@@ -20,14 +20,6 @@ describe("a stick", () => {
   it("never exceeds the full speed in a corner, alone or with another", () => {
     expect(Math.hypot(...deflection(1, 1))).toBeCloseTo(1);
     expect(Math.hypot(...(vectorOf([1, 1], 1) ?? [0, 0, 0]))).toBeCloseTo(1);
-  });
-});
-
-describe("the greatest part of a vector", () => {
-  it("is its axis, direction and speed in quarters", () => {
-    expect(dominant([0.2, -0.9, 0.1])).toEqual({ axis: "y", direction: -1, speed: 1 });
-    expect(dominant([0.02, 0, 0])).toEqual({ axis: "x", direction: 1, speed: 0.25 });
-    expect(dominant([0, 0, -0.55])).toEqual({ axis: "z", direction: -1, speed: 0.5 });
   });
 });
 

@@ -5,7 +5,6 @@ import type { HeldJog, Jogged } from "../generated/api.ts";
 import { failureOf, type Failure } from "../state/act.ts";
 import { stream } from "../state/robot.ts";
 import { Grip, type Axis, type Heading, type Wire } from "./grip.ts";
-import { dominant } from "./stick.ts";
 
 export type { Axis, Heading };
 
@@ -18,7 +17,7 @@ export const gripped = shallowRef<Grip | null>(null);
 
 const wire: Wire = {
   ready: () => stream.ready,
-  hold: (heading, press) => ask("POST /v1/jog", { body: { ...along(heading), hold: true, press } }) as Promise<HeldJog>,
+  hold: (heading, press) => ask("POST /v1/jog", { body: { ...heading, hold: true, press } }) as Promise<HeldJog>,
   release: (press) => ask("POST /v1/jog", { body: { hold: false, press } }),
   answered(answer) {
     jogEnd.value = answer.limit ? { reason: answer.reason || answer.limit } : null;
@@ -30,11 +29,6 @@ const wire: Wire = {
     if (gripped.value === grip) gripped.value = null;
   },
 };
-
-/** Returns the keys of a request for a heading: of a vector, its greatest part. */
-function along(heading: Heading): { axis: Axis; direction: 1 | -1; speed: number } {
-  return "vector" in heading ? dominant(heading.vector) : heading;
-}
 
 let presses = 0;
 

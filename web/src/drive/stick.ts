@@ -1,4 +1,4 @@
-import type { Axis, Vector } from "./grip.ts";
+import type { Vector } from "./grip.ts";
 
 /** A stick within this share of its way is at rest: no stick returns exactly to its middle. */
 export const DEAD = 0.15;
@@ -35,15 +35,4 @@ export function limited([x, y, z]: Vector): Vector | null {
   const length = Math.hypot(x, y, z);
   if (length === 0) return null;
   return length > 1 ? [x / length, y / length, z / length] : [x, y, z];
-}
-
-/** The speed along one axis goes in steps, because each other speed is another jog. */
-const STEPS = 4;
-
-/** Returns the greatest part of a vector as a jog along one axis. */
-export function dominant(vector: Vector): { axis: Axis; direction: 1 | -1; speed: number } {
-  const sizes = vector.map(Math.abs);
-  const i = sizes.indexOf(Math.max(...sizes));
-  const speed = Math.max(1, Math.round((sizes[i] ?? 0) * STEPS)) / STEPS;
-  return { axis: (["x", "y", "z"] as const)[i as 0 | 1 | 2], direction: (vector[i] ?? 0) < 0 ? -1 : 1, speed };
 }
