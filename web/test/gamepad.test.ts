@@ -9,10 +9,18 @@ function pad(timestamp: number, axes: number[], down: number[] = [4]): Pad {
 it("does not believe the first report, nor one whose time stands still", () => {
   const reader = new PadReader();
   expect(reader.read(pad(10, [1, 0, 0, 0]), 0)).toMatchObject({ enabled: false, vector: null, stale: true });
-  expect(reader.read(pad(10, [1, 0, 0, 0]), 20)?.enabled).toBe(false);
+  reader.read(pad(20, [1, 0, 0, 0], []), 20);
   expect(reader.read(pad(30, [1, 0, 0, 0]), 40)).toMatchObject({ enabled: true, vector: [1, 0, 0], stale: false });
   expect(reader.read(pad(30, [1, 0, 0, 0]), 40 + STALE - 1)?.enabled).toBe(true);
   expect(reader.read(pad(30, [1, 0, 0, 0]), 40 + STALE)).toMatchObject({ enabled: false, vector: null, stale: true });
+});
+
+it("needs the enabling button to come up before it believes a gamepad again", () => {
+  const reader = new PadReader();
+  reader.read(pad(1, [1, 0, 0, 0]), 0);
+  expect(reader.read(pad(2, [1, 0, 0, 0]), 16)?.enabled).toBe(false);
+  expect(reader.read(pad(3, [1, 0, 0, 0], []), 32)?.stale).toBe(false);
+  expect(reader.read(pad(4, [1, 0, 0, 0]), 48)?.enabled).toBe(true);
 });
 
 it("needs an enabling button", () => {
@@ -24,7 +32,7 @@ it("needs an enabling button", () => {
 
 it("takes z from the right stick", () => {
   const reader = new PadReader();
-  reader.read(pad(1, [0, 0, 0, 0]), 0);
+  reader.read(pad(1, [0, 0, 0, 0], []), 0);
   expect(reader.read(pad(2, [0, 0, 0.4, 1]), 16)?.vector).toEqual([0, 0, -1]);
 });
 

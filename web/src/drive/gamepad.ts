@@ -14,7 +14,7 @@ const ENABLING = [4, 5];
 const STOPPING = 1;
 
 /** A gamepad whose time stands still for longer is dead, or its stick lies still in a corner [ms]. */
-export const STALE = 400;
+export const STALE = 500;
 
 export interface PadReading {
   /** Whether an enabling button is held, in a report that is fresh. */
@@ -23,7 +23,7 @@ export interface PadReading {
   vector: Vector | null;
   /** Whether the stop button went down in this report. */
   stop: boolean;
-  /** Whether the gamepad reports nothing new although an enabling button is held. */
+  /** Whether an enabling button is held without effect: nothing new was reported, and it must come up first. */
   stale: boolean;
 }
 
@@ -35,6 +35,7 @@ export class PadReader {
   private timestamp = Number.NaN;
   private movedAt = Number.NEGATIVE_INFINITY;
   private stopDown = false;
+  private spent = false;
 
   /** Returns what the gamepad says at `now` [ms]; null without one. */
   read(pad: Pad | null, now: number): PadReading | null {
@@ -42,6 +43,7 @@ export class PadReader {
       this.timestamp = Number.NaN;
       this.movedAt = Number.NEGATIVE_INFINITY;
       this.stopDown = false;
+      this.spent = false;
       return null;
     }
     // The first report says nothing: it may be the last one of a gamepad that is gone.
@@ -50,11 +52,12 @@ export class PadReader {
     this.timestamp = pad.timestamp;
     const fresh = now - this.movedAt < STALE;
     const held = ENABLING.some((button) => pad.buttons[button]?.pressed ?? false);
-    const enabled = held && fresh;
+    this.spent = held && (this.spent || !fresh);
+    const enabled = held && !this.spent;
     const [x = 0, y = 0, , up = 0] = pad.axes;
     const stopDown = pad.buttons[STOPPING]?.pressed ?? false;
     const stop = stopDown && !this.stopDown && !first;
     this.stopDown = stopDown;
-    return { enabled, vector: enabled ? vectorOf([x, 0 - y], 0 - up) : null, stop, stale: held && !fresh };
+    return { enabled, vector: enabled ? vectorOf([x, 0 - y], 0 - up) : null, stop, stale: this.spent };
   }
 }

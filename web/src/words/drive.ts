@@ -39,6 +39,8 @@ export const DRIVE = words({
   leastMargin: ["Least margin on the way: {limit}, {margin}.", "Menor margen en el camino: {limit}, {margin}."],
   allMargins: ["All margins", "Todos los márgenes"],
   tensions: ["Line b carries {b} × load, line c {c} × load.", "El cable b soporta {b} × carga; el cable c, {c} × carga."],
+  chooseName: ["Choose a name first.", "Elija primero un nombre."],
+  enterNumbers: ["Enter all numbers first, or click in the plan view.", "Escriba primero todos los números o haga clic en la planta."],
   needsPreview: ["Preview the motion first.", "Previsualice primero el movimiento."],
   refusedPreview: ["The preview was refused.", "La previsualización fue rechazada."],
   unknownTime: ["The time of a homing is not known in advance.", "La duración del referenciado no se conoce de antemano."],

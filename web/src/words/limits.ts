@@ -13,6 +13,12 @@ const LIMITS = words({
   line_c: ["ends of line c", "extremos del cable c"],
   tension_b: ["tension of line b", "tensión del cable b"],
   tension_c: ["tension of line c", "tensión del cable c"],
+  boom_start: ["start of the boom's range", "inicio del giro del brazo"],
+  boom_end: ["end of the boom's range", "final del giro del brazo"],
+  line_b_short: ["shortest length of line b", "longitud mínima del cable b"],
+  line_b_long: ["greatest length of line b", "longitud máxima del cable b"],
+  line_c_short: ["shortest length of line c", "longitud mínima del cable c"],
+  line_c_long: ["greatest length of line c", "longitud máxima del cable c"],
   zone: ["zone {zone}", "zona {zone}"],
 });
 

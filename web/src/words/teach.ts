@@ -1,0 +1,6 @@
+import { words } from "./index.ts";
+
+export const TEACH = words({
+  row: ["Row", "Fila"],
+  column: ["Column", "Columna"],
+});
