@@ -3,7 +3,10 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Config, MotionView, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
 import { meeting } from "../machine/kinematics.ts";
+import type { Zone } from "../drive/plan.ts";
 import { colourOf } from "./colours.ts";
+import { PlacesLayer } from "./places.ts";
+import { bodyOf, glass } from "./zones.ts";
 
 export type View = "perspective" | "top" | "side";
 
@@ -31,6 +34,8 @@ export class RobotView {
   private readonly workspace = new THREE.Group();
   private readonly zones = new THREE.Group();
   private readonly parts = new THREE.Group();
+  /** Taught places, and a zone that is being entered. */
+  readonly places = new PlacesLayer(() => this.request());
   private fingers: THREE.Mesh[] = [];
   private readonly track: { at: number; x: number; y: number; z: number }[] = [];
   private latest: { state: State; at: number } | null = null;
@@ -61,7 +66,7 @@ export class RobotView {
     this.planned = dashed(64);
     this.trace = new THREE.Line(buffered(MOST_TRACE), new THREE.LineBasicMaterial());
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x445566, 2.2), sun());
-    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts);
+    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts, this.places.group);
     this.build();
     this.paint();
     this.show("perspective");
@@ -148,23 +153,12 @@ export class RobotView {
   }
 
   /** Draws the zones to keep out of. */
-  setZones(zones: Config["zones"]): void {
+  setZones(zones: readonly Zone[]): void {
     this.zones.clear();
-    const material = new THREE.MeshLambertMaterial({ color: token("warn"), transparent: true, opacity: 0.22, depthWrite: false });
     for (const zone of zones) {
-      if (zone.kind === "box") {
-        const [low, high] = [zone.low, zone.high];
-        const size = [0, 1, 2].map((i) => Math.min(4, high[i as 0] - low[i as 0])) as [number, number, number];
-        const box = new THREE.Mesh(new THREE.BoxGeometry(...size), material);
-        box.position.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
-        this.zones.add(box);
-      } else if (zone.kind === "cylinder") {
-        const height = Math.min(4, zone.high - zone.low);
-        const cylinder = new THREE.Mesh(new THREE.CylinderGeometry(zone.radius, zone.radius, height, 32), material);
-        cylinder.rotation.x = Math.PI / 2;
-        cylinder.position.set(zone.x, zone.y, zone.low + height / 2);
-        this.zones.add(cylinder);
-      }
+      const body = bodyOf(zone, glass(token("warn"), 0.22));
+      body.userData["token"] = "warn";
+      this.zones.add(body);
     }
     this.request();
   }

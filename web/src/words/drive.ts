@@ -58,7 +58,8 @@ export const DRIVE = words({
   ],
   pageUp: ["Page up", "Re Pág"],
   pageDown: ["Page down", "Av Pág"],
-  slow: ["Shift: slow", "Mayús: lento"],
+  keyboardMore: ["Shift: a quarter of the speed. Space: stop.", "Mayús: un cuarto de la velocidad. Espacio: parar."],
+  devices: ["Keyboard and gamepad", "Teclado y mando"],
   gamepad: ["Gamepad", "Mando"],
   gamepadNone: ["Connect a gamepad and press one of its buttons.", "Conecte un mando y pulse uno de sus botones."],
   gamepadInsecure: [
