@@ -1,17 +1,16 @@
 import { ref, shallowRef, watch } from "vue";
 import { ask } from "../api/ask.ts";
 import type { Zone } from "../drive/plan.ts";
-import type { Config, PalletInfo, Point, TaughtPose, WorkspaceShape } from "../generated/api.ts";
-import { connection, events, state } from "./robot.ts";
+import type { Config, PalletInfo, Point, TaughtPose } from "../generated/api.ts";
+import { connection, events } from "./robot.ts";
 
 /** Taught poses and pallets, and the zones to keep out of. Pages that change them call `readPlaces`. */
 export const poses = shallowRef<readonly TaughtPose[]>([]);
 export const pallets = shallowRef<readonly PalletInfo[]>([]);
 export const zones = shallowRef<readonly Zone[]>([]);
-export const config = shallowRef<Config | null>(null);
 
-/** The shape of the workspace, which changes when the robot is homed. */
-export const workspace = shallowRef<WorkspaceShape | null>(null);
+/** The constants of the robot, which do not change while the service runs. */
+export const config = shallowRef<Config | null>(null);
 
 /** Whether the places have been read since the page was loaded. */
 export const placesKnown = ref(false);
@@ -42,13 +41,5 @@ export function cellOf(pallet: PalletInfo, row: number, column: number): Point |
 export function usePlaces(): void {
   const read = () => connection.value === "live" && void readPlaces().catch(() => undefined);
   watch([connection, () => events.value.findLast((one) => one.kind === "zones")?.seq], read, { immediate: true });
-  watch(
-    [connection, () => state.value?.homed],
-    async () => {
-      if (connection.value !== "live") return;
-      config.value ??= await ask("GET /v1/config").catch(() => null);
-      workspace.value = await ask("GET /v1/workspace").catch(() => null);
-    },
-    { immediate: true },
-  );
+  watch(connection, async (now) => now === "live" && (config.value = await ask("GET /v1/config").catch(() => null)), { immediate: true });
 }
