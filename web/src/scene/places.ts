@@ -99,7 +99,7 @@ function label(text: string): THREE.Sprite {
     pen.fillText(text, 8, canvas.height / 2);
   }
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false }));
-  const height = 0.075;
+  const height = 0.1;
   sprite.scale.set((height * canvas.width) / Math.max(1, canvas.height), height, 1);
   return sprite;
 }

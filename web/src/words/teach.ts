@@ -19,7 +19,6 @@ export const TEACH = words({
   ],
   driveThere: ["Drive the robot", "Mover el robot"],
   teachHere: ["Teach the present position", "Enseñar la posición actual"],
-  teach: ["Teach", "Enseñar"],
   nameOf: ["Name of the pose", "Nombre de la pose"],
   nameFirst: ["Enter a name first.", "Escriba primero un nombre."],
   goHere: ["Go here", "Ir aquí"],
@@ -48,7 +47,7 @@ export const TEACH = words({
   newPallet: ["New pallet", "Palé nuevo"],
   editPallet: ["Change the pallet {name}", "Cambiar el palé {name}"],
   palletName: ["Name of the pallet", "Nombre del palé"],
-  size: ["{rows} rows × {columns} columns", "{rows} filas × {columns} columnas"],
+  size: ["Rows: {rows}, columns: {columns}", "Filas: {rows}, columnas: {columns}"],
   flatness: ["Flat within {value}", "Plano con un margen de {value}"],
   squareness: ["square within {value}", "en escuadra con un margen de {value}"],
   noGrid: ["Its corners span no grid.", "Sus esquinas no forman una cuadrícula."],
@@ -61,7 +60,7 @@ export const TEACH = words({
   dropCorner: ["Leave the last cell out", "Omitir la última celda"],
   byCoordinates: ["coordinates", "coordenadas"],
   cornerFrom: ["Corner from", "Esquina según"],
-  replacePallet: ["Replace the pallet with this name", "Sustituir el palé con este nombre"],
+  noFollow: ["The corners are coordinates here. They no longer follow a pose that is taught again, unless you choose the pose.", "Aquí las esquinas son coordenadas. Ya no siguen a una pose que se enseña de nuevo, salvo que usted elija la pose."],
   savePallet: ["Save the pallet", "Guardar el palé"],
   incomplete: ["Fill in all fields first.", "Rellene primero todos los campos."],
   noZones: [
@@ -91,6 +90,5 @@ export const TEACH = words({
   edit: ["Change", "Cambiar"],
   zoneIs: ["{kind}, z {low} to {high}", "{kind}, z de {low} a {high}"],
   upsideDown: ["Each number at the left must be smaller than the one at the right.", "Cada número de la izquierda debe ser menor que el de la derecha."],
-  picture: ["3D view with poses, pallets and zones", "Vista 3D con poses, palés y zonas"],
   planOfPlaces: ["Plan view with poses, pallets and zones", "Vista en planta con poses, palés y zonas"],
 });
