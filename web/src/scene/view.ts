@@ -2,6 +2,11 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Config, MotionView, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
+import { meeting } from "../machine/kinematics.ts";
+import type { Zone } from "../drive/plan.ts";
+import { colourOf } from "./colours.ts";
+import { PlacesLayer } from "./places.ts";
+import { bodyOf, glass } from "./zones.ts";
 
 export type View = "perspective" | "top" | "side";
 
@@ -32,6 +37,8 @@ export class RobotView {
   private readonly workspace = new THREE.Group();
   private readonly zones = new THREE.Group();
   private readonly parts = new THREE.Group();
+  /** Taught places, and a zone that is being entered. */
+  readonly places = new PlacesLayer(() => this.request());
   private fingers: THREE.Mesh[] = [];
   private readonly track: { at: number; x: number; y: number; z: number }[] = [];
   private latest: { state: Pose; at: number } | null = null;
@@ -63,7 +70,7 @@ export class RobotView {
     this.planned = dashed(64);
     this.trace = new THREE.Line(buffered(MOST_TRACE), new THREE.LineBasicMaterial());
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x445566, 2.2), sun());
-    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts);
+    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts, this.places.group);
     this.build();
     this.paint();
     this.show("perspective");
@@ -156,23 +163,12 @@ export class RobotView {
   }
 
   /** Draws the zones to keep out of. */
-  setZones(zones: Config["zones"]): void {
+  setZones(zones: readonly Zone[]): void {
     this.zones.clear();
-    const material = new THREE.MeshLambertMaterial({ color: token("warn"), transparent: true, opacity: 0.22, depthWrite: false });
     for (const zone of zones) {
-      if (zone.kind === "box") {
-        const [low, high] = [zone.low, zone.high];
-        const size = [0, 1, 2].map((i) => Math.min(4, high[i as 0] - low[i as 0])) as [number, number, number];
-        const box = new THREE.Mesh(new THREE.BoxGeometry(...size), material);
-        box.position.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
-        this.zones.add(box);
-      } else if (zone.kind === "cylinder") {
-        const height = Math.min(4, zone.high - zone.low);
-        const cylinder = new THREE.Mesh(new THREE.CylinderGeometry(zone.radius, zone.radius, height, 32), material);
-        cylinder.rotation.x = Math.PI / 2;
-        cylinder.position.set(zone.x, zone.y, zone.low + height / 2);
-        this.zones.add(cylinder);
-      }
+      const body = bodyOf(zone, glass(token("warn"), 0.22));
+      body.userData["token"] = "warn";
+      this.zones.add(body);
     }
     this.request();
   }
@@ -293,8 +289,9 @@ export class RobotView {
     const ahead = Math.min((performance.now() - latest.at) / 1000, FORESIGHT) * this.clockSpeed;
     const speeds = latest.state.moving ? velocity : [0, 0, 0];
     const [a, b, c] = [0, 1, 2].map((i) => (joints[i as 0] ?? 0) + (speeds[i] ?? 0) * ahead) as [number, number, number];
-    const place = this.meeting(a, b, c);
-    if (place === null) return false;
+    const met = meeting(this.config.geometry, a, b, c);
+    if (met === null) return false;
+    const place = new THREE.Vector3(...met);
     this.boom.rotation.z = -a;
     const { height, delta, length, gripper_height: hang } = this.config.geometry;
     [delta, length].forEach((d, i) => {
@@ -310,16 +307,6 @@ export class RobotView {
     this.plumb.computeLineDistances();
     this.drawTrace();
     return latest.state.moving && performance.now() - latest.at < FORESIGHT * 1000;
-  }
-
-  private meeting(a: number, b: number, c: number): THREE.Vector3 | null {
-    const { height, delta, length } = this.config.geometry;
-    const width = length - delta;
-    const u = width / 2 + ((b - c) * (b + c)) / (2 * width);
-    const square = (b - u) * (b + u);
-    if (square < 0) return null;
-    const d = delta + u;
-    return new THREE.Vector3(d * Math.sin(a), d * Math.cos(a), height - Math.sqrt(square));
   }
 
   private colourOfTension(line: 0 | 1): THREE.Color {
@@ -407,15 +394,3 @@ function grid(side: number, step: number, name: string, opacity: number): THREE.
   lines.userData["token"] = name;
   return lines;
 }
-
-const COLOURS: Record<string, string> = { red: "#e0563f", rojo: "#e0563f", green: "#4f9f3f", verde: "#4f9f3f", blue: "#3f86d8", azul: "#3f86d8", yellow: "#e0b83f", amarillo: "#e0b83f", purple: "#a86bd8", white: "#dfe4e8", black: "#3a3f45" };
-
-/** Returns the colour of a part: that of a colour word in its name, else one from the name. */
-function colourOf(name: string): string {
-  const word = Object.keys(COLOURS).find((one) => name.toLowerCase().includes(one));
-  if (word !== undefined) return COLOURS[word] as string;
-  let sum = 0;
-  for (const letter of name) sum = (sum * 31 + letter.charCodeAt(0)) % 360;
-  return `hsl(${sum} 45% 55%)`;
-}
-

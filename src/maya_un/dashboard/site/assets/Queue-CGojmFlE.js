@@ -1,1 +1,0 @@
-import{D as e,b as t,f as n,h as r,s as i}from"./words-Bih6CvQe.js";import{D as a,st as o}from"./reactivity.esm-bundler-Dl2dkzum.js";import{b as s}from"./index-dalIblYK.js";var c={class:`page`},l=t({__name:`Queue`,setup(t){return(t,l)=>(e(),r(`div`,c,[n(`h1`,null,o(a(i)(a(s).queue)),1)]))}});export{l as default};
