@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, fields
 from enum import Enum
 from functools import cache
+from keyword import iskeyword
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, Union, cast, get_args, get_origin, get_type_hints
@@ -105,7 +106,7 @@ def parameters(call: Call) -> tuple[list[Parameter], list[Parameter], list[Param
 
 
 def _parameter(key: str, hint: Any, default: Any, taken: Sequence[str]) -> Parameter:
-    name = f"new_{key}" if key in taken else key
+    name = f"new_{key}" if key in taken else f"{key}_" if iskeyword(key) else key
     if hint in CONSTANTS:
         return Parameter("", key, "", CONSTANTS[hint])
     kind = _type(hint)

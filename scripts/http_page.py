@@ -14,7 +14,7 @@ from maya_un.assembly import PEOPLE_BOUNDS
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.errors import AGAIN
-from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, FAR, LONG, NEAR
+from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, CLIENTS_EACH, FAR, FILES, LONG, NEAR
 from maya_un.http.openapi import ruled
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED
@@ -53,8 +53,11 @@ Web pages of such an origin may send commands (CORS). A request with a header `F
 ## Limits
 
 The rate limit is {NEAR.per_second:g} requests per second with a burst of {NEAR.burst:g} for this machine, and
-{FAR.per_second:g} with a burst of {FAR.burst:g} for each other machine. Further requests get status 429 with
-`Retry-After`. There is no limit for stop and abort.
+{FAR.per_second:g} with a burst of {FAR.burst:g} for each other address. Further requests get status 429 with
+`Retry-After`. There is no limit for stop and abort. Files of pages, which are outside of `/v1` and `/metrics`, do not
+count; another address may get {FILES.per_second:g} of them per second, with a burst of {FILES.burst:g}. These limits
+allow for {CLIENTS_EACH} clients behind one address; `maya up --clients-per-address N` raises them, the connections and
+the streams of one address in proportion.
 
 A body with a job may have {BODY_LIMIT // 1_000_000} MB; any other body may have {LONG // 1024} kB. The JSON of a body
 may have {MOST_VALUES:,} values. A body must arrive within {BODY_PATIENCE:g} s. A job may have at most {MOST_NAMES}

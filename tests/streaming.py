@@ -21,6 +21,7 @@ from websockets.uri import parse_uri
 from maya_un.controller.monitor import StateBroadcaster
 from maya_un.events import Event, EventLog, PhaseBegun
 from maya_un.http.bridge import Bridge
+from maya_un.http.middleware import CLIENTS_EACH
 from maya_un.http.stream.hub import MOST_EVENTS
 from maya_un.http.stream.server import add_stream
 from maya_un.http.thread import bound_socket, served
@@ -146,12 +147,14 @@ class Watched:
 
 
 @asynccontextmanager
-async def streamed(watched: Watched, *, most_behind: int = MOST_EVENTS) -> AsyncIterator[str]:
+async def streamed(
+    watched: Watched, *, most_behind: int = MOST_EVENTS, readers: int = CLIENTS_EACH
+) -> AsyncIterator[str]:
     """Serve the stream of a service that lives in the running loop; yields its address."""
     gate = Gate(watched.service, watched.entrance.lease)
     bridge = Bridge(asyncio.get_running_loop(), watched.service, gate=gate, callers=watched.entrance.callers)
     app = FastAPI()
-    add_stream(app, bridge, most_behind)
+    add_stream(app, bridge, most_behind, readers=readers)
     with bound_socket(0) as listener:
         async with served(app, listener) as url:
             yield f"{url.replace('http', 'ws', 1)}/v1/stream"

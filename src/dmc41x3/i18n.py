@@ -37,6 +37,11 @@ def translate(text: str, language: str, context: str = "", /, **details: object)
     return text.format(**details) if details else text
 
 
+def translations(text: str) -> dict[str, str]:
+    """Return an English text in every language, by the name of the language."""
+    return {language: translate(text, language) for language in LANGUAGES}
+
+
 def marked(text: str, context: str = "") -> str:  # scripts/texts.py reads the context
     """Return an English text that is translated where it is used, so that `scripts/texts.py` finds it here."""
     return text

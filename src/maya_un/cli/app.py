@@ -124,6 +124,16 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
             metavar="URL", help="origin of a web page that may send commands, like https://lab.example; may be repeated"
         ),
     ] = [],  # noqa: B006
+    clients_per_address: Annotated[
+        int,
+        typer.Option(
+            metavar="N",
+            min=16,
+            max=256,
+            help="clients (programs, or pages in a browser) that may be behind one other address, like a class behind "
+            "one router; raises its limits of requests, connections and streams",
+        ),
+    ] = 16,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="serve rosbridge too, on loopback")] = False,
     rosbridge_port: Annotated[
         int | None,
@@ -144,7 +154,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     from maya_un.cli.service import up as command
     from maya_un.cli.service.listeners import RemoteAccess
 
-    remote = RemoteAccess(listen, tls_cert, tls_key, plain, origin)
+    remote = RemoteAccess(listen, tls_cert, tls_key, plain, origin, clients_per_address)
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
     options = command.UpOptions(

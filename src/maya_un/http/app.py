@@ -42,11 +42,12 @@ def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metric
     app.state.bridge = bridge
     app.state.rights = Rights(bridge)
     app.state.metrics = metrics or Metrics()
-    app.add_middleware(RequestGuard, edge=edge or OriginPolicy(), metrics=app.state.metrics)
+    policy = edge or OriginPolicy()
+    app.add_middleware(RequestGuard, edge=policy, metrics=app.state.metrics)
     app.add_exception_handler(MayaError, errors.on_maya_error)
     app.add_exception_handler(RequestValidationError, on_validation_error)
     app.add_exception_handler(HTTPException, errors.on_http_error)
-    add_stream(app, bridge)
+    add_stream(app, bridge, readers=policy.readers)
     return app
 
 

@@ -45,6 +45,10 @@ class Rate:
     per_second: float
     burst: float
 
+    def times(self, factor: float) -> Rate:
+        """Return a rate limit that is `factor` times as high."""
+        return Rate(factor * self.per_second, factor * self.burst)
+
 
 class Buckets:
     """The token buckets of all sources. A source whose bucket is full again is forgotten."""
@@ -79,7 +83,14 @@ NEAR = Rate(500.0, 2000.0)
 """Rate limit of the clients on this computer."""
 
 FAR = Rate(50.0, 200.0)
-"""Rate limit of each other computer."""
+"""Rate limit of each other address."""
+
+CLIENTS_EACH = 16
+"""Number of clients behind one other address that the limits allow for. A client is a program, or a page in a browser.
+"""
+
+FILES = NEAR
+"""Rate limit of each other address for files of pages, which are sent from memory and count for no other limit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +98,8 @@ class OriginPolicy:
     """Host names and web pages that are allowed besides clients on this computer that use a loopback name.
 
     With `remote`, the service is open to other computers: then IP addresses and `hosts` are allowed names, too. Pages
-    of `origins` (like https://panel.example.org) may send commands from a browser.
+    of `origins` (like https://panel.example.org) may send commands from a browser. The limits of one other address are
+    the rate `far`, `files` for files of pages, and its number of stream readers, `readers`.
     """
 
     remote: bool = False
@@ -95,6 +107,8 @@ class OriginPolicy:
     origins: frozenset[str] = frozenset()
     near: Rate = NEAR
     far: Rate = FAR
+    files: Rate = FILES
+    readers: int = CLIENTS_EACH
 
     def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
         """Return the error for a forbidden Host or Origin header, None if both are allowed.
@@ -261,7 +275,7 @@ class RequestGuard:
         self._app = app
         self._edge = edge
         self._metrics = metrics
-        self._near, self._far = Buckets(edge.near), Buckets(edge.far)
+        self._near, self._far, self._files = Buckets(edge.near), Buckets(edge.far), Buckets(edge.files)
         self._names = (f"{secrets.token_hex(3)}-{number}" for number in itertools.count(1))
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -297,8 +311,9 @@ class RequestGuard:
     def _too_often(self, connection: HTTPConnection, *, local: bool) -> MayaError | None:
         if connection.scope["path"] in UNLIMITED:
             return None
+        buckets = self._near if local else self._files if _is_file(connection.scope) else self._far
         try:
-            (self._near if local else self._far).take(source_of(connection), asyncio.get_running_loop().time())
+            buckets.take(source_of(connection), asyncio.get_running_loop().time())
         except TooManyRequests as error:
             return error
         return None
@@ -338,6 +353,14 @@ class RequestGuard:
             if not started:
                 await problem(crash, language_of(Headers(scope=scope)))(scope, receive, send)
 
+
+def _is_file(scope: Scope) -> bool:
+    """Return whether a request is for a page or a file of it: every path with an operation is in the interface."""
+    return scope.get("method") in _READING and not scope["path"].startswith(_INTERFACE)
+
+
+_READING = frozenset({"GET", "HEAD"})
+_INTERFACE = ("/v1/", "/metrics")
 
 _STARTS = {"http.response.start", "websocket.http.response.start", "websocket.accept"}
 

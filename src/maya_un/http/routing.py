@@ -9,7 +9,7 @@ from http import HTTPStatus
 from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 from fastapi import APIRouter, Request
-from fastapi.params import Depends, Header
+from fastapi.params import Depends, Header, Query
 
 from maya_un.errors import MayaError
 from maya_un.http.exchange import BodyReader, RawBody
@@ -128,7 +128,8 @@ def _options_of(handler: Callable[..., Any], path: str = "") -> dict[str, RouteP
             found |= _options_of(one) if inspect.isfunction(one) else {}
         if hints[name] is not Request and not needed and f"{{{name}" not in path:
             header = any(isinstance(mark, Header) for mark in marks)
-            found[name] = RouteParameter(hints[name], parameter.default, header)
+            key = next((mark.alias for mark in marks if isinstance(mark, Query) and mark.alias), name)
+            found[key] = RouteParameter(hints[name], parameter.default, header)
     return found
 
 

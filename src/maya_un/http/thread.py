@@ -38,7 +38,10 @@ REMOTE_CONNECTIONS = 256
 """Maximum number of simultaneous connections from other computers; it leaves descriptors free for a local stop."""
 
 REMOTE_CONNECTIONS_EACH = 32
-"""Maximum number of simultaneous connections from one other computer."""
+"""Maximum number of simultaneous connections from one other address."""
+
+BROWSER_CONNECTIONS = 6
+"""Number of simultaneous connections by which a browser loads a page."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +85,15 @@ def bound_socket(port: int, host: str = LOOPBACK) -> socket.socket:
     return listener
 
 
-def far_socket(host: str, port: int, tls: ssl.SSLContext | None) -> ListeningSocket:
-    """Return a listener for other computers; raises as `bound_socket` does."""
-    return ListeningSocket(bound_socket(port, host), REMOTE_CONNECTIONS, REMOTE_CONNECTIONS_EACH, tls)
+def far_socket(
+    host: str, port: int, tls: ssl.SSLContext | None, connections: int = REMOTE_CONNECTIONS_EACH
+) -> ListeningSocket:
+    """Return a listener for other computers, with this number of `connections` per address.
+
+    Raises as `bound_socket` does.
+    """
+    most = REMOTE_CONNECTIONS - REMOTE_CONNECTIONS_EACH + connections  # the others keep their places
+    return ListeningSocket(bound_socket(port, host), most, connections, tls)
 
 
 def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from heapq import merge
 from pathlib import Path
@@ -23,7 +24,7 @@ from maya_un.errors import FileUnreadable
 from maya_un.events import Event, event_of
 from maya_un.recorder import exchanges
 from maya_un.recorder.exchanges import RecordedExchange
-from maya_un.recorder.recording import Header, Recording, plain
+from maya_un.recorder.recording import Header, Recording, TimeSpan, plain
 from maya_un.values import AXES, Mode, State
 
 _NUMBER: dict[str, Any] = {"type": "number"}
@@ -256,9 +257,16 @@ def _exchange(exchange: RecordedExchange) -> bytes:
 
 
 def _reading(path: Path, reader: Callable[[IO[bytes]], T]) -> T:
+    with readable(path) as file:
+        return reader(file)
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[IO[bytes]]:
+    """Open the file of a recording; an error of the block, which reads it, becomes `FileUnreadable`."""
     try:
         with path.open("rb") as file:
-            return reader(file)
+            yield file
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
     except ValidationError as error:
@@ -293,6 +301,29 @@ def read_from(file: IO[bytes]) -> Recording:
         else:
             wire.append(_read_piece(json.loads(message.data)))
     return Recording(header, tuple(states), tuple(events), tuple(wire))
+
+
+def read_some(path: Path, span: TimeSpan | None, *topics: RecordedTopic) -> Iterator[tuple[str, Any]]:
+    """Yield the content of the messages of `topics`, in the order of time, each with the name of its topic.
+
+    States are `State`, events are `Event`, others plain data. Reads only the parts of the file that contain the `span`,
+    None for all of it. Raises `FileUnreadable`.
+    """
+    with readable(path) as file:
+        begin, end = (None, None) if span is None else span.of(_header(file))
+        file.seek(0)
+        messages = make_reader(file, validate_crcs=True).iter_messages(
+            [topic.name for topic in topics], starting_at=begin, ending_before=end
+        )
+        for _, channel, message in messages:
+            yield channel.topic, _content(channel.topic, message.data)
+
+
+def _content(topic: str, data: bytes) -> Any:
+    if topic == STATE.name:
+        return _states().validate_json(data)
+    found = json.loads(data)
+    return _read_event(found) if topic == EVENTS.name else found
 
 
 def _read_event(found: dict[str, Any]) -> Event:

@@ -7,7 +7,7 @@ import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -130,6 +130,17 @@ class Header:
         if (found.format, found.version) != (FORMAT, VERSION):
             raise ValueError(f"it is no {FORMAT} of version {VERSION}")
         return found
+
+
+class TimeSpan(NamedTuple):
+    """A span of a recording: times of the program's clock from `begin` on and before `end` [s]."""
+
+    begin: float
+    end: float
+
+    def of(self, header: Header) -> tuple[int, int]:
+        """Return both as dates [ns since 1970, UTC]."""
+        return max(0, header.utc_at(self.begin)), max(0, header.utc_at(self.end))
 
 
 def date(utc: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -16,6 +17,15 @@ def to_data(value: object) -> Any:
 def to_json(value: object) -> bytes:
     """Return a message as JSON."""
     return _adapter(type(value)).dump_json(value)
+
+
+def in_pieces(data: bytes) -> Iterator[bytes]:
+    """Yield an answer in pieces, none of which delays the loop that receives it."""
+    for begin in range(0, len(data), _PIECE):
+        yield data[begin : begin + _PIECE]
+
+
+_PIECE = 1 << 18
 
 
 @cache

@@ -195,6 +195,19 @@ class ParsedJob:
 
 
 @dataclass(frozen=True, slots=True)
+class ExampleJob:
+    """An example of a job: its `name`, and its `text` in YAML.
+
+    `title` and `about` are texts by language ("en", "es").
+    """
+
+    name: str
+    title: dict[str, str]
+    about: dict[str, str]
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class JobText:
     """The text of a job in YAML."""
 

@@ -17,9 +17,10 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.process import computation
 from maya_un.process.computation import JobComputer
 from maya_un.robot.plan_builder import Pose
-from maya_un.schema.encoding import to_json
-from maya_un.schema.previews import JobText, ParsedJob, Reach, Reachability, WorkspaceShape
+from maya_un.schema.encoding import in_pieces, to_json
+from maya_un.schema.previews import ExampleJob, JobText, ParsedJob, Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import LOCAL, Caller
+from maya_un.service.computing import Computing
 from maya_un.service.reachability import reach_of, reachability_of, shape_of
 from maya_un.values import Joints, Point
 from maya_un.workers import Work, Workers
@@ -28,8 +29,6 @@ T = TypeVar("T")
 
 MOST_SAMPLES = 10_000
 """Maximum number of samples per motion."""
-
-_PIECE = 1 << 18
 
 
 class PreviewService:
@@ -51,7 +50,7 @@ class PreviewService:
         self._foresight = foresight
         self._start = start
         self._grasp_height = config.cell.grasp_height
-        self._workers = workers
+        self._computing = Computing(workers)
 
     async def preview(self, job: object, *, from_homed: bool = False, by: Caller = LOCAL) -> bytes:
         """Return a `JobPreview` as JSON, of a job as `computation.parsed` reads it.
@@ -59,9 +58,11 @@ class PreviewService:
         It starts at the position of the robot, or at the end of homing.
         """
         start = self._start(from_homed)
-        if self._workers is None:
+        if self._computing.workers is None:
             return to_json(await self._foresight.preview(computation.parsed(job), start))
-        return await self._told(by, preview, job, self._foresight.taught(), self._grasp_height, start)
+        return await self._computing.pieces(
+            by, preview, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, start
+        )
 
     async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
         """Return a `JobInspection` as JSON, of a job as for `preview`, with `samples` per motion (2 to 10 000).
@@ -70,23 +71,31 @@ class PreviewService:
         """
         require_samples(samples)
         start = self._start(from_homed)
-        if self._workers is None:
+        if self._computing.workers is None:
             return to_json(await self._foresight.inspect(computation.parsed(job), start, samples))
-        return await self._told(by, inspect, job, self._foresight.taught(), self._grasp_height, start, samples)
+        return await self._computing.pieces(
+            by, inspect, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, start, samples
+        )
 
     async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:
         """Return a JSON object that is too long to parse in a loop; raises `InvalidRequest`."""
-        if self._workers is None:
+        if self._computing.workers is None:
             return computation.decode_object(body)
-        return (await self._workers.run(computation.decoded, body, whose=f"read {whose}")).value
+        return (await self._computing.workers.run(computation.decoded, body, whose=f"read {whose}")).value
 
     async def parse(self, request: bytes | Mapping[str, Any], by: Caller = LOCAL) -> ParsedJob:
         """Return the job in the `text` of a request, or its first mistake; raises `InvalidRequest`."""
-        return await self._computed(by, computation.read_text, request)
+        return await self._computing.value(by, computation.read_text, request)
 
     async def format(self, job: object, by: Caller = LOCAL) -> JobText:
         """Return a job as YAML; raises `InvalidJob`, `InvalidRequest`."""
-        return await self._computed(by, computation.write_text, job)
+        return await self._computing.value(by, computation.write_text, job)
+
+    async def examples(self, by: Caller = LOCAL) -> list[ExampleJob]:
+        """Return the example jobs, in the order of their names."""
+        from maya_un.process.spec.examples import example_jobs  # noqa: PLC0415 - it loads yaml
+
+        return await self._computing.value(by, example_jobs)
 
     async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
         """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
@@ -108,24 +117,8 @@ class PreviewService:
         """Return the joints that hold the gripper at `point` [m]."""
         return await self._asked(by, ik, point)
 
-    async def _told(self, by: Caller, work: Work[..., None], *args: object) -> bytes:
-        """Return the joined pieces of an answer."""
-        assert self._workers is not None
-        answer = await self._workers.run(work, self._controller.workspace, *args, whose=_whose(by))
-        return b"".join(answer.parts)
-
     async def _asked(self, by: Caller, work: Work[..., T], *args: object) -> T:
-        return await self._computed(by, work, self._controller.workspace, *args)
-
-    async def _computed(self, by: Caller, work: Work[..., T], *args: object) -> T:
-        if self._workers is not None:
-            return (await self._workers.run(work, *args, whose=_whose(by))).value
-        here = work(*args)
-        while True:
-            try:
-                next(here)
-            except StopIteration as end:
-                return end.value
+        return await self._computing.value(by, work, self._controller.workspace, *args)
 
 
 def require_samples(samples: int) -> None:
@@ -141,12 +134,12 @@ def prepare(config: Config) -> None:
 
 def preview(*args: Any) -> Generator[Any, None, None]:
     """Yield the result of `computation.preview` as JSON."""
-    yield from _pieces(to_json((yield from computation.preview(*args))))
+    yield from in_pieces(to_json((yield from computation.preview(*args))))
 
 
 def inspect(*args: Any) -> Generator[Any, None, None]:
     """Yield the result of `computation.inspect` as JSON."""
-    yield from _pieces(to_json((yield from computation.inspect(*args))))
+    yield from in_pieces(to_json((yield from computation.inspect(*args))))
 
 
 def reach(workspace: Workspace, point: Point) -> Generator[None, None, Reach]:
@@ -177,12 +170,3 @@ def ik(workspace: Workspace, point: Point) -> Generator[None, None, Joints]:
     """Return the joints of a gripper point."""
     yield
     return workspace.require(point)
-
-
-def _pieces(data: bytes) -> Generator[bytes, None, None]:
-    for begin in range(0, len(data), _PIECE):
-        yield data[begin : begin + _PIECE]
-
-
-def _whose(by: Caller) -> str:
-    return f"{by.name} {by.source}"

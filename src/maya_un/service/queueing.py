@@ -18,18 +18,21 @@ from maya_un.process.process import Process
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, SubmitRequest
 from maya_un.process.spec.tasks import version_of
 from maya_un.recorder.recorder import Recorder
-from maya_un.recorder.recording import SavingCause
+from maya_un.recorder.recording import SavingCause, TimeSpan
 from maya_un.schema.jobs import JobLine, JobReport, QueueView
 from maya_un.schema.people import AuditLine
 from maya_un.schema.robot import EventMessage, Kept
 from maya_un.service.access.operations import LOCAL, Caller, Operation, Role, require, require_over
+from maya_un.service.computing import Computing
+from maya_un.workers import Workers
 
 
 class RecordingService:
     """Access to the flight recorder; without one, or with one that stores no files, no recordings exist."""
 
-    def __init__(self, recorder: Recorder | None = None) -> None:
+    def __init__(self, recorder: Recorder | None = None, workers: Workers | None = None) -> None:
         self._recorder = recorder
+        self._computing = Computing(workers)
 
     def list(self) -> list[Kept]:
         """Return the stored recordings, newest first, each with name, date, reason and size [bytes]."""
@@ -53,6 +56,27 @@ class RecordingService:
         if store is None:
             raise NotFound(what="recording", number=name)
         return store.path(name)
+
+    async def states(self, name: str, span: TimeSpan, rate: float | None, by: Caller = LOCAL) -> bytes:
+        """Return the `RecordedStates` of a `span` [s, loop time] as JSON, with at most `rate` states a second.
+
+        This and the next two raise `NotFound`, `FileUnreadable` and the errors of `Computing`.
+        """
+        from maya_un.recorder import viewing  # noqa: PLC0415 - only a reader needs the library
+
+        return await self._computing.pieces(by, viewing.states, self.path(name), span, rate)
+
+    async def events(self, name: str, span: TimeSpan, by: Caller = LOCAL) -> bytes:
+        """Return the events of a `span` of a recording as JSON."""
+        from maya_un.recorder import viewing  # noqa: PLC0415
+
+        return await self._computing.pieces(by, viewing.events, self.path(name), span)
+
+    async def table(self, name: str, span: TimeSpan, rate: float | None, by: Caller = LOCAL) -> bytes:
+        """Return the states of a `span` of a recording as CSV, with at most `rate` a second."""
+        from maya_un.recorder import viewing  # noqa: PLC0415
+
+        return await self._computing.pieces(by, viewing.table, self.path(name), span, rate)
 
 
 MOST_EVENTS = 1000

@@ -85,7 +85,7 @@ class Service:
         self.entrance = shared
         self.queue = QueueService(process, shared.lease)
         self.lease = LeaseService(shared, self._held.halt)
-        self.recorder = RecordingService(recorder)
+        self.recorder = RecordingService(recorder, workers)
         self.users = UserService(shared, self._rights_ended)
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 

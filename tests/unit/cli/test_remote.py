@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import socket
+from dataclasses import replace
 
 import pytest
 
 from maya_un.cli.service.listeners import PORT, RemoteAccess, host_and_port, require_users
 from maya_un.errors import InvalidCommandLine, InvalidValue
+from maya_un.http.middleware import CLIENTS_EACH, FAR, Rate
 
 
 @pytest.mark.parametrize(
@@ -66,3 +68,16 @@ def test_error_names_the_given_option() -> None:
     assert edge.hosts == {"robot.lab", "panel.example.org", here, f"{here}.local"}
     assert edge.origins == {"https://panel.example.org:8443"}
     assert "0.0.0.0" not in RemoteAccess(listen="0.0.0.0", plain=True).edge().hosts
+
+
+def test_limits_of_an_address_grow_with_the_clients_behind_it() -> None:
+    usual, crowded = (RemoteAccess(listen="127.0.0.1:0", plain=True, clients=clients) for clients in (16, 32))
+    assert usual.edge().far == FAR
+    assert usual.edge() == replace(crowded.edge(), far=FAR, readers=CLIENTS_EACH)
+    assert crowded.edge().far == Rate(2 * FAR.per_second, 2 * FAR.burst)
+    assert crowded.edge().readers == 32
+    listeners = [access.listener() for access in (usual, crowded)]
+    for listener in listeners:
+        assert listener is not None
+        listener.socket.close()
+    assert [(one.most, one.most_each) for one in listeners if one] == [(256, 32), (416, 192)]

@@ -12,6 +12,7 @@ import pytest
 from starlette.types import Message
 
 from maya_un import __version__
+from maya_un.cli.service.listeners import RemoteAccess
 from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
 from maya_un.http import log, middleware
 from maya_un.http.middleware import OriginPolicy, Rate
@@ -59,6 +60,31 @@ async def test_other_machines_have_a_measure_of_their_own() -> None:
     async with app_client(service, edge=FEW) as client:
         forwarded = {"X-Forwarded-For": "10.0.0.9"}
         assert [(await client.get("/v1/status", headers=forwarded)).status_code for _ in range(2)] == [200, 429]
+
+
+async def test_files_of_pages_do_not_count_as_requests_and_have_a_limit_of_their_own() -> None:
+    edge = OriginPolicy(far=Rate(0.5, 1.0), files=Rate(1.0, 4.0), remote=True)
+    async with app_client(ServiceStandIn(), edge=edge, source="192.168.1.7") as client:
+        files = ["/", "/assets/app.js", "/queue", "/v2"]
+        assert [(await client.get(path)).status_code for path in files] == [404] * 4
+        assert [(await client.get("/v1/status")).status_code for _ in range(2)] == [200, 429]
+        assert (await client.head("/assets/app.js")).status_code == 429
+        assert (await client.post("/assets/app.js")).status_code == 429
+        assert (await client.get("/metrics")).status_code == 429
+
+
+@pytest.mark.parametrize(("clients", "all_served"), [(16, False), (30, True)])
+async def test_class_behind_one_address_loads_its_pages_if_it_is_expected(clients: int, all_served: bool) -> None:
+    """30 pages ask 15 times each within a second, and load 9 files each."""
+    edge = RemoteAccess(listen="0.0.0.0", plain=True, clients=clients).edge()
+    async with app_client(ServiceStandIn(), edge=edge, source="192.168.1.7") as client:
+        files = {(await client.get("/assets/app.js")).status_code for _ in range(30 * 9)}
+        answers: list[int] = []
+        for _ in range(15):
+            answers += [(await client.get("/v1/status")).status_code for _ in range(30)]
+            await elapse(1.0 / 15.0)
+    assert files == {404}
+    assert (set(answers) == {200}) is all_served
 
 
 async def test_head_is_get_without_a_body() -> None:

@@ -10,8 +10,10 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
+from dmc41x3.i18n import LANGUAGES
 from maya_un.process.computation import MOST_TEXT
 from maya_un.process.spec.documents import write_yaml
+from maya_un.process.spec.examples import EXAMPLES as PACKAGED
 from maya_un.process.spec.job import Job
 from tests.unit.http.test_teaching import http_client
 
@@ -64,6 +66,21 @@ async def test_invalid_request_is_refused(body: dict[str, Any]) -> None:
         answer = await client.post("/v1/jobs/parse", json=body)
         assert (answer.status_code, answer.json()["details"]["key"]) == (400, "text")
         assert (await client.post("/v1/jobs/format", json={"steps": ["fly"]})).json()["code"] == 4002
+
+
+async def test_examples_are_returned_with_titles_in_every_language() -> None:
+    async with http_client() as (_, client):
+        found = (await client.get("/v1/examples")).json()
+        assert [(one["name"], one["text"]) for one in found] == [(path.stem, path.read_text()) for path in EXAMPLES]
+        assert found[0]["title"] == {"en": "pick and place", "es": "recoger y colocar"}
+        assert found[0]["about"]["en"].startswith("One part from one side of the table to the other")
+        for example in found:
+            assert example["title"].keys() == example["about"].keys() == set(LANGUAGES)
+            assert all((*example["title"].values(), *example["about"].values()))
+
+
+def test_examples_of_the_repository_are_those_of_the_package() -> None:
+    assert sorted(path.resolve() for path in EXAMPLES) == sorted(PACKAGED.glob("*.yaml"))
 
 
 NAMES = st.text(min_size=1, max_size=12).filter(str.isprintable)

@@ -466,15 +466,14 @@ def test_there_are_not_too_many_clients(monkeypatch: pytest.MonkeyPatch) -> None
     run(main())
 
 
-def test_one_other_machine_does_not_take_all_places_by_saying_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "FAR_CLIENTS_EACH", 1)
+def test_one_other_machine_does_not_take_all_places_by_saying_nothing() -> None:
     from_afar = {"X-Forwarded-For": "192.0.2.1"}
 
     async def main() -> None:
         watched = Watched()
         _, viewer = await guarded(watched)
         async with (
-            streamed(watched) as url,
+            streamed(watched, readers=1) as url,
             connect(url, additional_headers=from_afar, proxy=None),
             connected(url, **from_afar) as second,
             connected(url, Authorization=f"Bearer {viewer}") as near,

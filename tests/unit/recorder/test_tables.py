@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 import io
 
-from maya_un.recorder.recording import Recording
-from maya_un.recorder.tables import write_states, write_wire
+from maya_un.recorder.rows import StateRow
+from maya_un.recorder.tables import STATE_COLUMNS, values, write_states, write_wire
 from tests.unit.recorder.recordings import RECORDING, header
 
 
@@ -16,7 +16,7 @@ def rows(text: str) -> list[dict[str, str]]:
 
 def test_a_state_is_a_row_with_units_in_the_head() -> None:
     file = io.StringIO(newline="")
-    write_states(RECORDING, file)
+    write_states(RECORDING.header, [StateRow(state, None) for state in RECORDING.states], file)
     before, homed, faulted = rows(file.getvalue())
     assert homed["utc"] == "2026-11-21T19:25:15.439Z"
     assert (homed["time [s]"], homed["mode"], homed["homed"]) == ("95.1", "moving", "1")
@@ -31,6 +31,12 @@ def test_a_state_is_a_row_with_units_in_the_head() -> None:
     assert (homed["gripper closed"], homed["phase"], homed["fault"], homed["override"]) == ("1", "down", "", "0.5")
     assert [before[name] for name in ("a [rad]", "x [m]", "homed")] == ["", "", "0"]
     assert faulted["fault"] == "2301"
+    assert [homed[f"torque {axis} [V]"] for axis in "abc"] == ["", "", ""]
+
+
+def test_columns_have_different_names_and_one_value_each() -> None:
+    assert len({column.key for column in STATE_COLUMNS}) == len(STATE_COLUMNS) == len({c.head for c in STATE_COLUMNS})
+    assert len(list(values(StateRow(RECORDING.states[0], None)))) == len(STATE_COLUMNS)
 
 
 def test_a_piece_of_the_wire_is_a_row_with_its_bytes_twice() -> None:
@@ -46,6 +52,6 @@ def test_a_piece_of_the_wire_is_a_row_with_its_bytes_twice() -> None:
 
 def test_an_empty_recording_is_a_head_alone() -> None:
     file = io.StringIO(newline="")
-    write_states(Recording(header()), file)
+    write_states(header(), [], file)
     assert rows(file.getvalue()) == []
     assert file.getvalue().startswith("utc,time [s],mode")

@@ -119,16 +119,17 @@ def export(name: str, mcap: str | None, csv: str | None, wire: str | None, setti
     if mcap is None and csv is None and wire is None:
         raise InvalidCommandLine(reason="--mcap, --csv or --wire is missing", command="maya record export")
     from maya_un.recorder import mcap_file, tables
+    from maya_un.recorder.rows import state_rows
 
     path = found(name)
-    recording = mcap_file.read(path)
+    header = mcap_file.read_header(path)
     written: list[str] = []
     if mcap is not None:
         written.append(_copy(path, Path(mcap)))
     if csv is not None:
-        written.append(_table(Path(csv), lambda file: tables.write_states(recording, file)))
+        written.append(_table(Path(csv), lambda file: tables.write_states(header, state_rows(path), file)))
     if wire is not None:
-        written.append(_table(Path(wire), lambda file: tables.write_wire(recording, file)))
+        written.append(_table(Path(wire), lambda file: tables.write_wire(mcap_file.read(path), file)))
     text = "\n".join(translate("Written: {path}", settings.language, path=place) for place in written)
     return output.answer({"written": written}, text, settings)
 

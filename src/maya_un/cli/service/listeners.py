@@ -11,8 +11,15 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
 from maya_un.errors import InvalidCommandLine, InvalidValue
-from maya_un.http.middleware import OriginPolicy, host_of, origin_of
-from maya_un.http.thread import ListeningSocket, bound_socket, far_socket, tls_of
+from maya_un.http.middleware import CLIENTS_EACH, FAR, OriginPolicy, host_of, origin_of
+from maya_un.http.thread import (
+    BROWSER_CONNECTIONS,
+    REMOTE_CONNECTIONS_EACH,
+    ListeningSocket,
+    bound_socket,
+    far_socket,
+    tls_of,
+)
 
 if TYPE_CHECKING:
     from maya_un.edges import EndpointOptions
@@ -25,13 +32,17 @@ _ANYWHERE = {"0.0.0.0", "::"}
 
 
 class RemoteAccess(NamedTuple):
-    """The options for other computers; `listen` is None if they have no access."""
+    """The options for other computers; `listen` is None if they have no access.
+
+    `clients` is the number of clients behind one address that its limits allow for.
+    """
 
     listen: str | None = None
     certificate: str | None = None
     key: str | None = None
     plain: bool = False
     origins: Sequence[str] = ()
+    clients: int = CLIENTS_EACH
 
     def check(self) -> None:
         """Raise `InvalidCommandLine` if the options contradict each other."""
@@ -54,7 +65,7 @@ class RemoteAccess(NamedTuple):
         tls = None
         if self.certificate is not None and self.key is not None:
             tls = tls_of(Path(self.certificate), Path(self.key))
-        return far_socket(host, port, tls)
+        return far_socket(host, port, tls, self._connections())
 
     def edge(self) -> OriginPolicy:
         """Return the origin policy of the listeners; raises `InvalidValue`."""
@@ -64,7 +75,12 @@ class RemoteAccess(NamedTuple):
             host, _ = host_and_port(self.listen)
             name = socket.gethostname().lower()
             hosts |= {name, f"{name}.local"} | ({host.lower()} - _ANYWHERE)
-        return OriginPolicy(remote=self.listen is not None, hosts=frozenset(hosts), origins=origins)
+        rate = FAR.times(self.clients / CLIENTS_EACH)
+        return OriginPolicy(self.listen is not None, frozenset(hosts), origins, far=rate, readers=self.clients)
+
+    def _connections(self) -> int:
+        """Return the number of connections per address: all of its pages may load at the same time."""
+        return REMOTE_CONNECTIONS_EACH if self.clients == CLIENTS_EACH else BROWSER_CONNECTIONS * self.clients
 
 
 def require_users(*, kept: bool, listen: str | None) -> None:

@@ -25,7 +25,7 @@ from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, LONGEST_MOTION, Routes
 from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, TaskState
-from maya_un.schema.previews import JobInspection, JobPreview, JobText, ParsedJob
+from maya_un.schema.previews import ExampleJob, JobInspection, JobPreview, JobText, ParsedJob
 from maya_un.service.access.operations import Operation
 from maya_un.service.previews import MOST_SAMPLES
 
@@ -216,7 +216,20 @@ def add_previews(routes: Routes) -> None:
 
 
 def add_texts(routes: Routes) -> None:
-    """Add the routes that translate a job between YAML and JSON."""
+    """Add the routes that translate a job between YAML and JSON, and that of the examples."""
+
+    @routes.add(
+        "GET",
+        "/v1/examples",
+        Operation.READ,
+        tag=_TAG,
+        gives=list[ExampleJob],
+        refuses=_WORKED_OUT,
+        client="examples",
+    )
+    async def examples(ask: Ask) -> Response:
+        """Return the example jobs, with their title and description in every language and their text (YAML)."""
+        return answer(await ask.unless_left(lambda service: service.previews.examples(ask.caller)))
 
     @routes.add(
         "POST",

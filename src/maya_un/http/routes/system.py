@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from pathlib import Path
+from pathlib import Path, PurePath
 from tempfile import TemporaryDirectory
 from typing import Annotated
 
-from fastapi import Query, Request, Response
+from fastapi import Depends, Query, Request, Response
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
 from maya_un import __version__
 from maya_un.errors import (
     EventsForgotten,
+    FileUnreadable,
     FileUnwritable,
     MayaError,
     NotConnected,
@@ -21,20 +22,26 @@ from maya_un.errors import (
     ServiceNotAnswering,
     StorageDamaged,
     StorageFailed,
+    TakesTooLong,
+    TooLarge,
+    TooMuchAsked,
+    WorkerFailed,
 )
 from maya_un.http.bridge import Bridge
 from maya_un.http.dates import now
 from maya_un.http.errors import language_of
-from maya_un.http.exchange import MOST, answer
+from maya_un.http.exchange import MOST, answer, as_json
 from maya_un.http.metrics import CONTENT_TYPE, JournalHealth, Metrics
 from maya_un.http.openapi import document
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, Routes
 from maya_un.process.journal import history
 from maya_un.process.journal.sqlite import SqliteJournal
+from maya_un.recorder.recording import TimeSpan
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
+from maya_un.schema.recordings import RecordedStates
 from maya_un.schema.robot import EventMessage, Health, Kept, LinkView, MotionView, Readiness, Signals, Status, Table
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
@@ -171,6 +178,31 @@ def add_reading(routes: Routes) -> None:
 
 _RECORDINGS = "recordings"
 _MCAP = "application/vnd.mcap"
+_CSV = "text/csv; charset=utf-8"
+_READ_REFUSALS = (NotFound, FileUnreadable, TooMuchAsked, TakesTooLong, TooLarge, WorkerFailed)
+
+_EVER = 1e9
+"""No clock of a program reaches this time, nor its negative [s]."""
+
+
+async def _span(
+    begin: Annotated[
+        float, Query(alias="from", ge=-_EVER, le=_EVER, description="from this time of the program's clock on [s]")
+    ] = -_EVER,
+    end: Annotated[
+        float, Query(alias="to", ge=-_EVER, le=_EVER, description="before this time of the program's clock [s]")
+    ] = _EVER,
+) -> TimeSpan:
+    return TimeSpan(begin, end)
+
+
+Span = Annotated[TimeSpan, Depends(_span)]
+"""The span in a request's query."""
+
+StateRate = Annotated[
+    float | None, Query(gt=0, le=1000, description="greatest number of states a second [Hz]; by default all")
+]
+"""The rate in a request's query."""
 
 
 def add_recordings(routes: Routes) -> None:
@@ -210,6 +242,54 @@ def add_recordings(routes: Routes) -> None:
             return FileResponse(service.recorder.path(name), media_type=_MCAP, filename=name)
 
         return await ask(found)
+
+    @routes.add(
+        "GET",
+        "/v1/recordings/{name}/states",
+        Operation.READ,
+        tag=_RECORDINGS,
+        gives=RecordedStates,
+        refuses=_READ_REFUSALS,
+        client="recordings.states",
+        patience=AT_REST,
+    )
+    async def recorded_states(ask: Ask, name: str, span: Span, rate: StateRate = None) -> Response:
+        """Return the states of a recording, with the signals of the controller, as columns.
+
+        If they are more than 20 000, it leaves out every second state, as often as necessary.
+        """
+        return as_json(await ask.unless_left(lambda service: service.recorder.states(name, span, rate, ask.caller)))
+
+    @routes.add(
+        "GET",
+        "/v1/recordings/{name}/events",
+        Operation.READ,
+        tag=_RECORDINGS,
+        gives=list[EventMessage],
+        refuses=_READ_REFUSALS,
+        client="recordings.events",
+        patience=AT_REST,
+    )
+    async def recorded_events(ask: Ask, name: str, span: Span) -> Response:
+        """Return the events of a recording, oldest first, at most 20 000."""
+        return as_json(await ask.unless_left(lambda service: service.recorder.events(name, span, ask.caller)))
+
+    @routes.add(
+        "GET",
+        "/v1/recordings/{name}/csv",
+        Operation.READ,
+        tag=_RECORDINGS,
+        gives=str,
+        media=_CSV,
+        refuses=_READ_REFUSALS,
+        client="recordings.csv",
+        patience=AT_REST,
+    )
+    async def recorded_table(ask: Ask, name: str, span: Span, rate: StateRate = None) -> Response:
+        """Return the states of a recording, with the signals of the controller, as a table (CSV)."""
+        told = await ask.unless_left(lambda service: service.recorder.table(name, span, rate, ask.caller))
+        file = f"{PurePath(name).stem}.csv"
+        return Response(told, media_type=_CSV, headers={"Content-Disposition": f'attachment; filename="{file}"'})
 
 
 _ADMIN = "keeping"

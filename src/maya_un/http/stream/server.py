@@ -14,6 +14,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, is_local, source_of
 from maya_un.http.errors import language_of
 from maya_un.http.log import written_down
+from maya_un.http.middleware import CLIENTS_EACH
 from maya_un.http.protocol import ConnectionSlots
 from maya_un.http.stream.hub import MOST_EVENTS, Batch, EventRing, StreamHub, StreamSource
 from maya_un.http.stream.messages import WIRE, StreamWire
@@ -24,23 +25,27 @@ from maya_un.service.service import Service
 NEAR_CLIENTS = 256
 """Maximum number of stream readers on this computer."""
 
-FAR_CLIENTS, FAR_CLIENTS_EACH = 128, 16
-"""Maximum number of stream readers on other computers in all, and on each, signed in or not."""
+FAR_CLIENTS = 128
+"""Maximum number of stream readers at other addresses in all, signed in or not; one address has `CLIENTS_EACH` of them.
+"""
 
 INTRODUCTION = 10.0
 """Time limit for a client to sign in [s]."""
 
 
-def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS) -> None:
-    """Add /v1/stream, for a server whose websockets are a `StreamWire`; readers may lag by `most_behind` events."""
-    stream = StreamServer(bridge, most_behind)
+def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS, *, readers: int = CLIENTS_EACH) -> None:
+    """Add /v1/stream, for a server whose websockets are a `StreamWire`.
+
+    Readers may lag by `most_behind` events; one other address may have this number of `readers`.
+    """
+    stream = StreamServer(bridge, most_behind, readers)
     app.add_api_websocket_route("/v1/stream", stream.serve)
 
 
 class StreamServer:
     """All clients of the stream; their shared parts exist while there is a client."""
 
-    def __init__(self, bridge: Bridge, most_behind: int) -> None:
+    def __init__(self, bridge: Bridge, most_behind: int, readers: int) -> None:
         self._bridge = bridge
         self._most_behind = most_behind
         self._opening = asyncio.Lock()
@@ -50,7 +55,7 @@ class StreamServer:
         self._wires: set[StreamWire] = set()
         self._rights = Rights(bridge)
         self._near = ConnectionSlots(NEAR_CLIENTS, NEAR_CLIENTS)
-        self._far = ConnectionSlots(FAR_CLIENTS, FAR_CLIENTS_EACH)
+        self._far = ConnectionSlots(FAR_CLIENTS - CLIENTS_EACH + readers, readers)  # the others keep their places
 
     async def serve(self, socket: WebSocket) -> None:
         """Serve one client from its handshake to its end."""
