@@ -159,6 +159,13 @@ export interface EventMessage {
   detail: Record<string, string | number | boolean | null>;
 }
 
+export interface ExampleJob {
+  name: string;
+  title: Record<string, string>;
+  about: Record<string, string>;
+  text: string;
+}
+
 export interface ForEach {
   for_each: string;
   do: (Step)[];
@@ -536,6 +543,20 @@ export interface Readiness {
   reasons: (Notice)[];
 }
 
+export interface RecordedColumn {
+  unit: string;
+  values: (number | string | null)[];
+}
+
+export interface RecordedStates {
+  begin: number;
+  end: number;
+  date: string;
+  speed: number;
+  every: number;
+  columns: Record<string, RecordedColumn>;
+}
+
 export interface RecorderConfig {
   enabled: boolean;
   seconds: number;
@@ -804,6 +825,7 @@ export interface Operations {
   "GET /v1/jobs/{job}/body": { body: undefined; answer: Record<string, unknown> };
   "POST /v1/preview": { body: Job; answer: JobPreview };
   "POST /v1/inspect": { body: Job; answer: JobInspection };
+  "GET /v1/examples": { body: undefined; answer: (ExampleJob)[] };
   "POST /v1/jobs/parse": { body: JobTextRequest; answer: ParsedJob };
   "POST /v1/jobs/format": { body: Job; answer: JobText };
   "POST /v1/tasks": { body: Task; answer: JobReport };
@@ -858,6 +880,9 @@ export interface Operations {
   "GET /v1/recordings": { body: undefined; answer: (Kept)[] };
   "POST /v1/recordings": { body: undefined; answer: Kept };
   "GET /v1/recordings/{name}": { body: undefined; answer: undefined };
+  "GET /v1/recordings/{name}/states": { body: undefined; answer: RecordedStates };
+  "GET /v1/recordings/{name}/events": { body: undefined; answer: (EventMessage)[] };
+  "GET /v1/recordings/{name}/csv": { body: undefined; answer: undefined };
   "GET /v1/audit": { body: undefined; answer: (AuditLine)[] };
   "POST /v1/backup": { body: undefined; answer: undefined };
 }
