@@ -45,8 +45,20 @@ export function place(point: readonly number[] | null | undefined): string {
   return point ? `${point.map(length).join(", ")} ${lengthUnit.value}` : "–";
 }
 
-/** Returns the number in a text of the page's unit as m, null if it is none. A comma may be the decimal sign. */
-export function metresOf(text: string): number | null {
+/** Returns the number in a text, null if it is none. A comma may be the decimal sign. */
+export function numberOf(text: string): number | null {
   const value = Number(text.trim().replace(",", "."));
-  return text.trim() === "" || !Number.isFinite(value) ? null : value / lengthFactor.value;
+  return text.trim() === "" || !Number.isFinite(value) ? null : value;
+}
+
+/** Returns the number in a text of the page's unit as m, null if it is none. */
+export function metresOf(text: string): number | null {
+  const value = numberOf(text);
+  return value === null ? null : value / lengthFactor.value;
+}
+
+/** Returns the number in a text of the page's unit as rad, null if it is none. */
+export function radiansOf(text: string): number | null {
+  const value = numberOf(text);
+  return value === null ? null : value / angleFactor.value;
 }
