@@ -1,4 +1,4 @@
-"""Writes what the dashboard takes from the code: the types of the HTTP interface and the catalogue of errors.
+"""Writes what the dashboard takes from the code: the types of the HTTP interface, the sentences of errors and events.
 
 With --check it writes nothing and names the files that are stale.
 """
@@ -7,12 +7,18 @@ from __future__ import annotations
 
 import asyncio
 import json
+import logging
 import re
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast
 
+from texts import PACKAGES, SOURCE, stored
+
+from dmc41x3.i18n import LANGUAGES
+from maya_un.errors import by_code
+from maya_un.events import DECLARED
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.openapi import document
@@ -28,7 +34,7 @@ REFERENCE = "#/components/schemas/"
 def main(arguments: list[str]) -> int:
     """Write or check all files."""
     stale = []
-    for name, text in {"api.ts": api()}.items():
+    for name, text in {"api.ts": api(), "errors.json": errors(), "events.json": events()}.items():
         path = GENERATED / name
         if "--check" not in arguments:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -61,8 +67,52 @@ def api() -> str:
     return "".join(parts)
 
 
+def errors() -> str:
+    """Return the sentence of each error by its code, in every language, and the Spanish words of its details.
+
+    `{name}` stands for a detail.
+    """
+    catalogue = {key: word for package in PACKAGES for key, word in _details(package)}
+    found: dict[str, dict[str, Any]] = {}
+    for code, declared in by_code().items():
+        found[str(code)] = {"words": [declared.template(one).replace("!r}", "}") for one in LANGUAGES]}
+        context = f"{declared.__name__}."
+        for (name, english), spanish in catalogue.items():
+            if name.startswith(context) and spanish != english:
+                details = found[str(code)].setdefault("details", {})
+                details.setdefault(name.removeprefix(context), {})[english] = spanish
+    return _json(found)
+
+
+def events() -> str:
+    """Return the sentence of each event by its word, in every language, its level, and whether it is narrated."""
+    found = {
+        word: {
+            "words": [declared.template(one) for one in LANGUAGES],
+            "level": logging.getLevelName(declared.level).lower(),
+            "narrated": declared.narrated,
+        }
+        for word, declared in DECLARED.items()
+    }
+    return _json(found)
+
+
+def _details(package: str) -> Iterator[tuple[tuple[str, str], str]]:
+    """Yield the Spanish words of details: the context and the English text of each."""
+    file = SOURCE / package / "locale" / LANGUAGES[1] / "LC_MESSAGES" / f"{package}.po"
+    for message in stored(file, LANGUAGES[1]):
+        if message.id and message.context:
+            yield (message.context, str(message.id)), str(message.string)
+
+
+def _json(content: Mapping[str, Any]) -> str:
+    return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
+
+
 def _topic(gives: Any) -> str:
-    return re.sub(r"\bNone\b", "null", getattr(gives, "__name__", "") or str(gives).replace("maya_un.schema.robot.", ""))
+    return re.sub(
+        r"\bNone\b", "null", getattr(gives, "__name__", "") or str(gives).replace("maya_un.schema.robot.", "")
+    )
 
 
 def _operations(data: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:

@@ -96,7 +96,7 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
     try:
         async with stack(CALM, speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)) as running:
             gate, callers = running.gate, running.entrance.callers
-            bridge = Bridge(loop, running.service, dict, gate=gate, callers=callers, journal=journal)
+            bridge = Bridge(loop, running.service, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))
             with bound_socket(0) as near, bound_socket(0) as listener:
                 place = EndpointOptions(listener, OriginPolicy(near=_UNBOUNDED), state / "steps.db")

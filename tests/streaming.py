@@ -19,14 +19,17 @@ from websockets.protocol import State as Phase
 from websockets.uri import parse_uri
 
 from maya_un.controller.monitor import StateBroadcaster
+from maya_un.errors import Busy, MayaError
 from maya_un.events import Event, EventLog, PhaseBegun
 from maya_un.http.bridge import Bridge
 from maya_un.http.middleware import CLIENTS_EACH
 from maya_un.http.stream.hub import MOST_EVENTS
 from maya_un.http.stream.server import add_stream
 from maya_un.http.thread import bound_socket, served
-from maya_un.schema.robot import EventMessage, LinkView
+from maya_un.schema.robot import EventMessage, LinkView, TableView
+from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
+from maya_un.service.access.operations import Caller
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.service import Gate, Service
 from maya_un.values import Mode, State
@@ -61,6 +64,7 @@ class Facts:
     run: int
     last_event: int
     speed: float = 1.0
+    address: str = "sim"
 
 
 class Watched:
@@ -77,6 +81,9 @@ class Watched:
         self.shown: dict[str, Any] = {"mode": "running"}
         self.views = self.looks = 0
         self.move: object = None
+        self.name = "MAYA"
+        self.running: int | None = None
+        self.forecasts: list[str] = []
         self.forgotten = 0
         self.entrance = AccessControl.alone(self.log)
         self.lease = LeaseService(self.entrance, lambda: None)
@@ -86,6 +93,30 @@ class Watched:
     def service(self) -> Service:
         """It, as the service that it stands in for."""
         return cast("Service", self)
+
+    @property
+    def state(self) -> State:
+        """The present state."""
+        return self.latest.state
+
+    def require_free(self) -> None:
+        """Raise `Busy` while a job runs."""
+        if self.running is not None:
+            raise Busy(doing=f"job {self.running}")
+
+    def refusals(self, by: Caller) -> dict[str, MayaError | None]:
+        """Return what would be refused."""
+        self.forecasts.append(by.name)
+        return permissions.refusals(self, self.entrance.lease, by)
+
+    @property
+    def circumstances(self) -> object:
+        """The facts on which that depends."""
+        return permissions.circumstances(self, self.entrance.lease)
+
+    def table(self) -> TableView:
+        """Return the table: a gripper, and no parts."""
+        return TableView("believed", {}, None, holding=self.state.gripper_closed)
 
     def motion(self) -> None:
         """Return the motion under way: there is none."""

@@ -31,7 +31,7 @@ from maya_un.schema.robot import plain
 from maya_un.service import previews
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.users import Calendar, FileStore, Store
-from maya_un.service.service import Gate, Service
+from maya_un.service.service import Gate, Service, TwinParts
 from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 
@@ -191,6 +191,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             users=users,
             recorder=below.recorder,
             staff=staff,
+            twin=below.twin,
         ) as above:
             yield Stack(
                 above.process,
@@ -260,11 +261,12 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
     users: Store | None = None,
     recorder: Recorder | None = None,
     staff: WorkerSet | None = None,
+    twin: TwinParts | None = None,
 ) -> AsyncIterator[ProcessAssembly]:
     """Connect the process layer and its service to any robot and controller for the length of the block.
 
-    They may run in this process or at the other end of a graph. The other parameters are as in `stack`. Raises
-    `StorageFailed` if the journal's unfinished jobs cannot be restored.
+    They may run in this process or at the other end of a graph. `twin` has the parts of a twin in this process. The
+    other parameters are as in `stack`. Raises `StorageFailed` if the journal's unfinished jobs cannot be restored.
     """
     book = PoseStore(controller.mechanism, places)
     lease = ControlLease(controller.events, speed)
@@ -296,6 +298,7 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             entrance=entrance,
             recorder=recorder,
             workers=None if staff is None else staff.people,
+            twin=twin,
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
 from typing import TypeVar
@@ -18,7 +18,6 @@ from maya_un.service.access.callers import Callers
 from maya_un.service.access.operations import LOCAL, Caller, Operation
 from maya_un.service.queueing import MOST_EVENTS
 from maya_un.service.service import Gate, Service
-from maya_un.values import Point
 
 SHARE = 0.2
 """Fraction of the loop's time for all readers of the past together."""
@@ -59,16 +58,15 @@ class Bridge:
     """Passes requests through the `gate` to `service`, which runs in `loop`; answers arrive in the caller's loop.
 
     Neither loop ever blocks on the other. `callers` identifies callers. Without a gate and callers, the service has a
-    single user: every caller is `LOCAL`, and no audit log is written. `parts` returns the positions of the twin's
-    parts; it is None on a real machine. `journal` is the stored queue, for its health. `past` limits the share of the
-    server's loop for all readers of the past together. `missing` returns the errors of missing layers, in any thread.
+    single user: every caller is `LOCAL`, and no audit log is written. `journal` is the stored queue, for its health.
+    `past` limits the share of the server's loop for all readers of the past together. `missing` returns the errors of
+    missing layers, in any thread.
     """
 
     def __init__(
         self,
         loop: asyncio.AbstractEventLoop,
         service: Service,
-        parts: Callable[[], Mapping[str, Point]] | None = None,
         *,
         gate: Gate | None = None,
         callers: Callers | None = None,
@@ -79,7 +77,6 @@ class Bridge:
         self._service = service
         self._gate = _unwatched(service) if gate is None else gate
         self._callers = callers
-        self.parts = parts
         self.journal = journal
         self.missing = missing
         self.past = LoopShare()

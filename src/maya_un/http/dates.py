@@ -10,6 +10,11 @@ def now() -> str:
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
+def moment() -> str:
+    """Return the current date and time to the millisecond (ISO 8601, UTC)."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds")
+
+
 def epoch() -> float:
     """Return the seconds since 1970-01-01 00:00 UTC, as in the time stamps of ROS messages."""
     return datetime.now(UTC).timestamp()

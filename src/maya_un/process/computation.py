@@ -227,6 +227,16 @@ class ExpansionRest(NamedTuple):
 
     parts: dict[str, Point | None]
     remarks: tuple[str, ...]
+    start: dict[str, Point | None]
+
+    @classmethod
+    def of(cls, expansion: Expansion) -> ExpansionRest:
+        """Return all of an expansion but its tasks."""
+        return cls(expansion.parts, expansion.remarks, expansion.start)
+
+    def joined(self, pieces: Sequence[Sequence[Task]]) -> Expansion:
+        """Return the expansion with its tasks, which arrived in pieces."""
+        return Expansion(tuple(task for piece in pieces for task in piece), *self)
 
 
 class WrittenJob(NamedTuple):
@@ -279,7 +289,7 @@ def write(job: object, taught: bytes, grasp_height: float) -> Generator[Any, Non
     yield
     written = write_job(parsed(job), grasp_height, recalled(taught))
     yield from _pieces(written.expansion.tasks)
-    return WrittenJob(written.name, written.body, ExpansionRest(written.expansion.parts, written.expansion.remarks))
+    return WrittenJob(written.name, written.body, ExpansionRest.of(written.expansion))
 
 
 def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, ExpansionRest]:
@@ -287,7 +297,7 @@ def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Expansi
     yield
     expansion = expanded(body, grasp_height)
     yield from _pieces(expansion.tasks)
-    return ExpansionRest(expansion.parts, expansion.remarks)
+    return ExpansionRest.of(expansion)
 
 
 def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
@@ -394,7 +404,7 @@ class JobComputer:
         asked = (job, self.taught(), self._grasp_height)
         answer = await self._staff.people.run(write, *asked, whose=f"submit {whose}", each=SUBMITTED)
         name, body, rest = answer.value
-        return StoredJob(name, body, Expansion(_joined(answer.parts), rest.parts, rest.remarks))
+        return StoredJob(name, body, rest.joined(answer.parts))
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return the expansion of a stored job with `steps` steps.
@@ -404,7 +414,7 @@ class JobComputer:
         if self._staff is not None and COMMAND_KEY not in body:
             worker = self._staff.people if whose == REPORT else self._staff.own
             answer = await worker.run(expand_kept, body, self._grasp_height, whose=whose, each=SUBMITTED)
-            return Expansion(_joined(answer.parts), answer.value.parts, answer.value.remarks)
+            return answer.value.joined(answer.parts)
         return await self._expanded_here(body, steps)
 
     async def expanded_anyway(self, body: Body) -> Expansion:
@@ -490,7 +500,3 @@ async def _slowly(work: Generator[None, None, T]) -> T:
         except StopIteration as end:
             return end.value
         await asyncio.sleep(0)
-
-
-def _joined(parts: Sequence[Sequence[Task]]) -> tuple[Task, ...]:
-    return tuple(task for part in parts for task in part)

@@ -133,6 +133,14 @@ class ControlLease:
         """How long the holder has driven [s, real time], 0 without a holder."""
         return 0.0 if self._holder is None else (self._now() - self._holder.since) / self._scale
 
+    @property
+    def standing(self) -> object:
+        """The facts on which `require_drive` depends: while they are equal, it answers everybody the same."""
+        holder = self._holder
+        if holder is None or not holder.implicit:
+            return (holder,)
+        return (holder, *((drive.name, drive.lease, drive.direct) for drive in self._drives if not drive.lost))
+
     def may_begin(self, owner: str) -> bool:
         """Return whether a job of `owner` may begin: there is no other driver."""
         holder = self._holder

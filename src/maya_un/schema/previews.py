@@ -113,6 +113,16 @@ class Distance:
 
 
 @dataclass(frozen=True, slots=True)
+class NearestLimits:
+    """The limits nearest to the robot: in each unit ("m", "rad", "load") the one with the least margin.
+
+    `nearest` is empty before homing.
+    """
+
+    nearest: tuple[Distance, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Broken:
     """A `limit` that a place exceeds by `excess`, in its `unit` ("m", "rad" or "load"); `zone` as in `Distance`."""
 

@@ -168,6 +168,21 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
+class TableView:
+    """The parts by name, each at its grasp point [m], and the part that the gripper carries, if any.
+
+    With `source` "twin" the twin reports them. With "believed" they are the parts of the latest job that names any,
+    at the places where jobs have put them: no sensor measures them. A place is None in the gripper, and if it is
+    unknown. `holding` is whether the gripper holds a part, None if unknown.
+    """
+
+    source: Literal["twin", "believed"]
+    parts: dict[str, Point | None]
+    carried: str | None
+    holding: bool | None
+
+
+@dataclass(frozen=True, slots=True)
 class Health:
     """The server is running."""
 

@@ -5,13 +5,14 @@ A client shows with it which of its buttons work. The answer is a forecast: the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple, Protocol
 
-from maya_un.errors import CannotPause, Faulted, MayaError, NotConnected, NothingToRecover, NotHomed, NotPaused
+from maya_un.errors import Busy, CannotPause, Faulted, MayaError, NotConnected, NothingToRecover, NotHomed, NotPaused
 from maya_un.process.lease import ControlLease
+from maya_un.schema.people import Permissions
 from maya_un.service.access.operations import RULES, Caller, Operation, allowed, require
-from maya_un.values import Mode, State
+from maya_un.values import Mode, Notice, State
 
 
 class CheckedService(Protocol):
@@ -119,6 +120,25 @@ ACTIONS: dict[str, UserAction] = {
     "manage users": UserAction((Operation.USERS,)),
 }
 """The actions of a user by name."""
+
+
+def circumstances(service: CheckedService, lease: ControlLease) -> object:
+    """Return the facts on which the checks depend: while they are equal, each caller may do the same as before."""
+    state = service.state
+    return state.mode, state.homed, state.fault, service.running, _doing(service), lease.standing
+
+
+def _doing(service: CheckedService) -> str:
+    try:
+        service.require_free()
+    except Busy as busy:
+        return str(busy.details["doing"])
+    return ""
+
+
+def as_permissions(refused: Mapping[str, MayaError | None], language: str) -> Permissions:
+    """Return the result of `refusals` as a message in a language."""
+    return Permissions({name: one and Notice(one.code, one.text(language)) for name, one in refused.items()})
 
 
 def refusals(service: CheckedService, lease: ControlLease, caller: Caller) -> dict[str, MayaError | None]:

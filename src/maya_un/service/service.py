@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import maya_un
 from dmc41x3.address import SIM
@@ -18,7 +18,7 @@ from maya_un.config import Config
 from maya_un.config.model import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Busy, Cancelled, InternalError, LeaseLost, MayaError, Stopped
+from maya_un.errors import Busy, Cancelled, InternalError, LeaseLost, MayaError, NotFound, Stopped
 from maya_un.events import Event
 from maya_un.motion.move import CoordinatedMove
 from maya_un.process.journal.protocol import JobOptions, RequestOwner
@@ -33,7 +33,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
-from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status
+from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status, Table, TableView
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
@@ -43,9 +43,23 @@ from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
 from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
-from maya_un.service.reachability import reach_of
+from maya_un.service.reachability import MarginSnapshot, reach_of
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
+
+
+class TwinParts(Protocol):
+    """The parts of a twin."""
+
+    @property
+    def parts(self) -> Mapping[str, Point]:
+        """The grasp points of the parts, by name [m]."""
+        ...
+
+    @property
+    def carried(self) -> str | None:
+        """The part between the jaws, None without one."""
+        ...
 
 
 class Service:
@@ -53,7 +67,7 @@ class Service:
 
     `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
     book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
-    computed in `workers`, if given.
+    computed in `workers`, if given. `twin` has the parts of a twin in this process.
     """
 
     def __init__(  # noqa: PLR0913 - every part of the service is a parameter
@@ -69,6 +83,7 @@ class Service:
         entrance: AccessControl | None = None,
         recorder: Recorder | None = None,
         workers: Workers | None = None,
+        twin: TwinParts | None = None,
     ) -> None:
         kept = PoseStore(controller.mechanism) if book is None else book
         self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -79,6 +94,7 @@ class Service:
         self._config = config
         self._address = address
         self._speed = speed
+        self._twin = twin
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
         self.direct = DirectCommands(process, robot, controller, self._held.halt)
         shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
@@ -237,6 +253,16 @@ class Service:
         """Return signals of the controller; None while disconnected, and where only another process has them."""
         return self._controller.signals()
 
+    def margins(self) -> MarginSnapshot | None:
+        """Return the position of the robot in its workspace, None before homing."""
+        joints = self._controller.state.joints
+        return None if joints is None else MarginSnapshot(self._controller.workspace, joints)
+
+    @property
+    def name(self) -> str:
+        """The name of the robot."""
+        return self._config.coms.name
+
     def link(self) -> LinkView:
         """Return the quality of the link to the controller."""
         return self._controller.link(self._speed)
@@ -252,9 +278,30 @@ class Service:
         run = self._controller.run
         return None if run is None else MotionSnapshot(run.move, run.began, self._controller.mechanism)
 
+    def table(self) -> TableView:
+        """Return the parts by name with their places [m], from the twin, or on a machine as jobs tell them."""
+        holding = self._robot.holding
+        if self._twin is None:
+            believed = self._process.parts
+            return TableView("believed", believed.places, believed.held if holding else None, holding)
+        carried = self._twin.carried
+        parts = {name: None if name == carried else place for name, place in self._twin.parts.items()}
+        return TableView("twin", parts, carried, holding)
+
+    async def twin(self) -> Table:
+        """Return the positions of the parts on the table of the twin [m]; raises `NotFound` on a machine."""
+        if self._twin is None:
+            raise NotFound(what="twin", number="on a real machine")
+        return Table(dict(self._twin.parts))
+
     def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""
         return permissions.refusals(self, self.entrance.lease, by)
+
+    @property
+    def circumstances(self) -> object:
+        """The facts on which `refusals` depend, besides the caller; equal ones have equal answers."""
+        return permissions.circumstances(self, self.entrance.lease)
 
     async def status(self) -> Status:
         """Return the current status."""

@@ -18,7 +18,7 @@ from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.robot import EventMessage, HeldJog, Jogged
 from maya_un.service.access.operations import Caller
 from maya_un.service.service import Service
-from maya_un.values import Point, State, StopReport
+from maya_un.values import State, StopReport
 from tests.streaming import REST
 
 
@@ -132,14 +132,12 @@ class ServiceStandIn:
 def app_client(
     service: ServiceStandIn,
     *,
-    parts: bool = False,
     edge: OriginPolicy | None = None,
     metrics: Metrics | None = None,
     source: str = "127.0.0.1",
 ) -> httpx.AsyncClient:
     """Return a client at the address `source` of the application around `service`, within the running loop."""
-    places = (lambda: {"cube": Point(0.5, 1.0, 0.4)}) if parts else None
-    bridge = Bridge(asyncio.get_running_loop(), cast("Service", service), places)
+    bridge = Bridge(asyncio.get_running_loop(), cast("Service", service))
     transport = httpx.ASGITransport(create_app(bridge, edge, metrics), raise_app_exceptions=False, client=(source, 1))
     return httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133")
 

@@ -131,16 +131,6 @@ async def test_patience_ends() -> None:
     await elapse(0.0)  # the word that nobody waits any more travels from one loop to the other
 
 
-async def test_twin_reports_the_positions_of_its_parts() -> None:
-    async with app_client(ServiceStandIn(), parts=True) as client:
-        assert (await client.get("/v1/twin")).json() == {"parts": {"cube": [0.5, 1.0, 0.4]}}
-
-
-async def test_a_real_machine_has_no_twin() -> None:
-    async with app_client(ServiceStandIn()) as client:
-        assert problem(await client.get("/v1/twin"))["code"] == NotFound.code
-
-
 @pytest.mark.parametrize(
     ("error", "status"),
     [

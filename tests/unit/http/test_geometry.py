@@ -46,6 +46,27 @@ async def test_constants_include_the_zones_of_this_run() -> None:
         assert found.model_copy(update={"zones": ()}) == Config()
 
 
+async def test_nearest_limit_of_every_unit_is_that_of_the_position() -> None:
+    async with http_client() as (controller, client):
+        assert controller.state.point is not None
+        x, y, z = controller.state.point
+        for zoned in (False, True):
+            reach = (await client.get("/v1/reach", params={"x": x, "y": y, "z": z})).json()
+            nearest = (await client.get("/v1/margins")).json()["nearest"]
+            assert {one["unit"] for one in nearest} == {"m", "rad", "load"}
+            for one in nearest:
+                margins = [other["margin"] for other in reach["margins"] if other["unit"] == one["unit"]]
+                assert one["margin"] == pytest.approx(min(margins), abs=1e-6)
+            assert any(one["zone"] == "near" for one in nearest) is zoned
+            box = {"kind": "box", "low": [x - 0.1, y - 0.1, 0.0], "high": [x + 0.1, y + 0.1, z - 0.06]}
+            assert (await client.put("/v1/zones/near", json=box)).status_code == 200
+
+
+async def test_no_limit_is_near_before_homing() -> None:
+    async with http_client(homed=False) as (_, client):
+        assert (await client.get("/v1/margins")).json() == {"nearest": []}
+
+
 async def test_many_points_are_answered_as_one_by_one() -> None:
     points = [[0.1 * x, 0.1 * y, 0.4] for x in range(-10, 20) for y in range(10)]
     async with http_client() as (_, client):

@@ -7,6 +7,7 @@ import json
 import socket
 from collections.abc import Awaitable, Callable
 from dataclasses import replace
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
+from maya_un.errors import LeaseHeld, NotAllowed
 from maya_un.http import connections
 from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
@@ -42,18 +44,23 @@ def run_story(story: Story, *, before: int = 0, run_number: int = 1, speed: floa
 
 def test_greeting_has_versions_run_last_event_and_caller() -> None:
     async def story(_: Watched, client: Client) -> None:
-        assert client.got == [
-            {
-                "type": "hello",
-                "version": __version__,
-                "protocol": 1,
-                "run": 4,
-                "last_event": 3,
-                "who": {"name": "local", "role": "admin"},
-            }
-        ]
+        (greeting,) = client.got
+        time, date = greeting.pop("time"), datetime.fromisoformat(greeting.pop("date"))
+        assert greeting == {
+            "type": "hello",
+            "version": __version__,
+            "protocol": 1,
+            "run": 4,
+            "last_event": 3,
+            "robot": "MAYA",
+            "address": "sim",
+            "speed": 50.0,
+            "who": {"name": "local", "role": "admin"},
+        }
+        passed = (asyncio.get_running_loop().time() - time) / 50.0
+        assert (datetime.now(UTC) - date).total_seconds() == pytest.approx(passed, abs=0.1)
 
-    run_story(story, before=3, run_number=4)
+    run_story(story, before=3, run_number=4, speed=50.0)
 
 
 def test_invalid_message_is_answered_and_the_client_stays() -> None:
@@ -402,6 +409,32 @@ def test_stream_of_a_demoted_user_goes_on_with_the_lower_role() -> None:
             assert (await client.ask("renew", lease="x"))["code"] == 4102
 
     run(main())
+
+
+def test_rights_follow_the_role_and_the_bound_lease() -> None:
+    async def main() -> None:
+        watched = Watched()
+        watched.show(homed=True)
+        admin, _ = await guarded(watched)
+        await watched.users.add("bea", "admin")
+        lease = watched.entrance.lease.take("ada", "lab").id
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {admin}") as client:
+            await client.ask("subscribe", can=True)
+            assert await refusal_to_jog(client) == LeaseHeld.code
+            await client.ask("renew", lease=lease, bound=True)
+            assert await refusal_to_jog(client) is None
+            await client.ask("renew", lease=lease)
+            assert await refusal_to_jog(client) == LeaseHeld.code
+            await watched.users.change("ada", role="viewer", by=replace(LOCAL, name="bea"))
+            assert await refusal_to_jog(client) == NotAllowed.code
+
+    run(main())
+
+
+async def refusal_to_jog(client: Client) -> int | None:
+    """Return the code in the next message about rights."""
+    refusal = (await client.until("can"))["can"]["actions"]["jog"]
+    return refusal and refusal["code"]
 
 
 @pytest.mark.waits("1 s by which requests for the past beyond the allowance are delayed, over a real socket")

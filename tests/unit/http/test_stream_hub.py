@@ -5,13 +5,16 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from maya_un.errors import Busy, LeaseHeld, LeaseLost, NotAllowed
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.http.stream.hub import HEARTBEAT, Batch, EventRing, StreamHub, StreamReader, StreamSource
-from maya_un.http.stream.topics import MOTION, PERIOD, QUEUE
+from maya_un.http.stream.topics import CAN, MOTION, PERIOD, QUEUE, TABLE, Audience
+from maya_un.service.access.operations import LOCAL, Caller, Role
 from tests.streaming import Watched
 from tests.unit.http.frames import messages
 from tests.virtual_time import elapse
@@ -376,13 +379,111 @@ async def test_motion_is_shown_when_another_move_is_under_way() -> None:
         assert ear.heard == [nothing]  # the same is not sent again
 
 
+async def test_table_is_shown_when_the_gripper_changes_without_an_event() -> None:
+    async with scene() as here:
+        ear, reader = here.reader()
+        here.hub.show(reader, TABLE, wanted=True)
+        for closed in (False, False, True, True, False):
+            here.watched.show(gripper_closed=closed)
+            await elapse(0.3)
+        assert [message["table"]["holding"] for message in ear.heard] == [False, True, False]
+        assert ear.heard[0]["table"] == {"source": "believed", "parts": {}, "carried": None, "holding": False}
+
+
+VIC, ANA = Caller("vic", Role.VIEWER), Caller("ana", Role.OPERATOR)
+
+
+def asking(here: Scene, caller: Caller, language: str = "en") -> tuple[Ear, StreamReader]:
+    """Return a new reader of what a caller may do."""
+    ear, reader = here.reader()
+    here.hub.address(reader, Audience(caller, language))
+    here.hub.show(reader, CAN, wanted=True)
+    return ear, reader
+
+
+def codes(ear: Ear, action: str) -> list[int]:
+    """Return the codes with which an action would be refused, 0 if it is allowed."""
+    actions = [message["can"]["actions"][action] for message in ear.heard]
+    return [0 if refusal is None else refusal["code"] for refusal in actions]
+
+
+async def test_every_caller_is_told_what_that_caller_may_do() -> None:
+    async with scene() as here:
+        operator, _ = asking(here, replace(ANA, implicit=True))
+        viewer, _ = asking(here, VIC)
+        here.watched.show(homed=True)
+        await elapse(1.0)
+        assert (codes(operator, "jog"), codes(viewer, "jog")) == ([0], [NotAllowed.code])
+        here.watched.running = 7
+        here.watched.count()
+        await elapse(1.0)
+        assert codes(operator, "jog") == [0, Busy.code]
+        assert operator.heard[-1]["can"]["actions"]["jog"]["message"] == str(Busy(doing="job 7"))
+        assert len(viewer.heard) == 1, "the same was sent again"
+
+
+async def test_rights_are_computed_once_for_each_caller_and_change_of_the_facts() -> None:
+    async with scene() as here:
+        for caller in (VIC, VIC, replace(ANA)):
+            asking(here, caller)
+        asking(here, VIC, "es")
+        await elapse(1.0)
+        here.watched.forecasts.clear()
+        for _ in range(600):
+            here.watched.count()
+            await elapse(0.1)
+        assert here.watched.forecasts == []
+        here.watched.show(homed=True)
+        await elapse(1.0)
+        assert sorted(here.watched.forecasts) == ["ana", "vic"]
+
+
+async def test_reason_is_in_the_language_of_the_reader() -> None:
+    async with scene() as here:
+        ears = [asking(here, VIC, language)[0] for language in ("en", "es")]
+        await elapse(1.0)
+        english, spanish = (ear.heard[0]["can"]["actions"]["jog"]["message"] for ear in ears)
+        assert "viewer" in english
+        assert english != spanish
+
+
+async def test_reader_whose_rights_change_gets_the_new_ones() -> None:
+    async with scene() as here:
+        ear, reader = asking(here, VIC)
+        here.watched.show(homed=True)
+        await elapse(1.0)
+        lease = here.watched.entrance.lease.take("ana", "lab").id
+        await elapse(1.0)
+        here.hub.address(reader, Audience(replace(ANA, lease=lease), "en"))
+        await elapse(1.0)
+        assert codes(ear, "jog") == [NotAllowed.code, 0]
+        here.watched.entrance.lease.release(lease, "ana")
+        await elapse(1.0)
+        assert codes(ear, "jog") == [NotAllowed.code, 0, LeaseLost.code]
+        here.hub.leave(reader)
+        here.watched.forecasts.clear()
+        here.watched.show(homed=False)
+        await elapse(1.0)
+        assert here.watched.forecasts == []
+
+
+async def test_time_that_passes_is_no_change_of_rights() -> None:
+    async with scene() as here:
+        here.watched.entrance.lease.take("ben", "lab", patience=1000.0)
+        ear, _ = asking(here, ANA)
+        for _ in range(60):
+            await elapse(1.0)
+            here.watched.count()
+        assert codes(ear, "jog") == [LeaseHeld.code]
+
+
 async def test_a_tap_of_a_service_that_fails_ends_with_its_error() -> None:
     class Invisible(Watched):
         def view(self) -> dict[str, Any]:
             raise AssertionError("the queue cannot be seen")
 
     tap = StreamSource(Invisible().service, lambda _: None)
-    tap.topics[QUEUE].wanted = True
+    tap.topics[QUEUE].wanted = frozenset({LOCAL})
     with pytest.raises(ExceptionGroup) as failed:
         await tap.run(0)
     assert "cannot be seen" in str(failed.value.exceptions[0])

@@ -139,6 +139,28 @@ async def test_what_is_forecast_to_be_refused_is_refused_with_the_same_error(nam
             caller = await held(scene, caller) if caller.role > Role.VIEWER else caller
 
 
+async def test_refusals_are_equal_as_long_as_the_circumstances_are() -> None:
+    known: dict[tuple[object, Caller], object] = {}
+
+    async def look(scene: Scene, lease: str = "") -> None:
+        for caller in (*CALLERS.values(), replace(CALLERS["operator"], lease=lease)):
+            found = {name: error and error.code for name, error in scene.service.refusals(caller).items()}
+            assert known.setdefault((scene.service.circumstances, caller), found) == found
+
+    for name in (*SCENES, "not homed"):
+        async with scene_of(name) as scene:
+            await look(scene)
+            lease = scene.service.entrance.lease
+            with lease.driving("ros", "ros", direct=True):
+                await look(scene)
+            await look(scene)
+            taken = await held(scene, CALLERS["operator"])
+            await look(scene, taken.lease)
+            lease.release(taken.lease, taken.name)
+            await look(scene, taken.lease)
+    assert len({str(circumstances) for circumstances, _ in known}) > len(SCENES)
+
+
 @pytest.mark.parametrize("name", [*SCENES, "not homed"])
 @pytest.mark.parametrize("action", DONE)
 async def test_what_is_forecast_to_be_allowed_is_allowed(name: str, action: str) -> None:

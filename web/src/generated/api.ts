@@ -432,6 +432,10 @@ export interface Nearest {
   time: number;
 }
 
+export interface NearestLimits {
+  nearest: (Distance)[];
+}
+
 export interface NewToken {
   id: string;
   user: string;
@@ -732,6 +736,13 @@ export interface Table {
   parts: Record<string, Point>;
 }
 
+export interface TableView {
+  source: "twin" | "believed";
+  parts: Record<string, Point | null>;
+  carried: string | null;
+  holding: boolean | null;
+}
+
 export interface Taking {
   note?: string;
   force?: boolean;
@@ -808,9 +819,11 @@ export interface Operations {
   "GET /v1/status": { body: undefined; answer: Status };
   "GET /v1/motion": { body: undefined; answer: MotionView };
   "GET /v1/signals": { body: undefined; answer: Signals };
+  "GET /v1/margins": { body: undefined; answer: NearestLimits };
   "GET /v1/link": { body: undefined; answer: LinkView };
   "GET /v1/events": { body: undefined; answer: (EventMessage)[] };
   "GET /v1/twin": { body: undefined; answer: Table };
+  "GET /v1/table": { body: undefined; answer: TableView };
   "GET /v1/config": { body: undefined; answer: Config };
   "GET /v1/reach": { body: undefined; answer: Reach };
   "POST /v1/reach": { body: Points; answer: Reachability };
@@ -893,6 +906,9 @@ export interface Topics {
   motion: MotionView;
   link: LinkView;
   signals: Signals | null;
+  margins: NearestLimits;
+  table: TableView;
+  can: Permissions;
 }
 
 /** The actions of `Permissions`. */

@@ -23,6 +23,13 @@ export interface Hello {
   protocol: number;
   run: number;
   last_event: number;
+  robot: string;
+  address: string;
+  /** The speed of the robot's clock; it differs from 1 only on a twin. */
+  speed: number;
+  /** At this time of the robot's clock [s] the date was `date` (UTC). */
+  time: number;
+  date: string;
   who: { name: string; role: string };
 }
 

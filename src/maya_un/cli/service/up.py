@@ -463,12 +463,9 @@ def _greeting(running: Stack, robot: _Robot, url: str, at: _UpListeners, refusal
 
 
 def _bridge(running: Stack) -> Bridge:
-    twin = running.twin
-    parts = None if twin is None else lambda: twin.parts
     return Bridge(
         asyncio.get_running_loop(),
         running.service,
-        parts,
         gate=running.gate,
         callers=running.entrance.callers,
         journal=running.journal,

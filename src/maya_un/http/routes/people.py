@@ -25,8 +25,8 @@ from maya_un.http.routing import Routes
 from maya_un.schema.bodies import Offering, Removed, SigningIn, Taking, TokenRequest, UserChange, UserRequest
 from maya_un.schema.people import LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
 from maya_un.service.access.operations import Operation
+from maya_un.service.permissions import as_permissions
 from maya_un.service.service import Service
-from maya_un.values import Notice
 
 _TAG = "lease"
 _OWN_LEASE = (LeaseLost, LeaseNeeded, LeaseHeld)
@@ -127,8 +127,7 @@ def add_sessions(routes: Routes) -> None:
         """
 
         async def found(service: Service) -> Permissions:
-            refused = service.refusals(ask.caller).items()
-            return Permissions({name: one and Notice(one.code, one.text(ask.language)) for name, one in refused})
+            return as_permissions(service.refusals(ask.caller), ask.language)
 
         return answer(await ask(found))
 

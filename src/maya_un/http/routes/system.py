@@ -41,11 +41,24 @@ from maya_un.recorder.recording import TimeSpan
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
+from maya_un.schema.previews import NearestLimits
 from maya_un.schema.recordings import RecordedStates
-from maya_un.schema.robot import EventMessage, Health, Kept, LinkView, MotionView, Readiness, Signals, Status, Table
+from maya_un.schema.robot import (
+    EventMessage,
+    Health,
+    Kept,
+    LinkView,
+    MotionView,
+    Readiness,
+    Signals,
+    Status,
+    Table,
+    TableView,
+)
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
+from maya_un.service.reachability import MarginSnapshot
 from maya_un.service.service import Service
 from maya_un.values import Mode, Notice
 
@@ -131,6 +144,16 @@ def add_reading(routes: Routes) -> None:
 
         return answer(await ask(found))
 
+    @routes.add("GET", "/v1/margins", Operation.READ, tag=_STATUS, gives=NearestLimits, client="margins")
+    async def margins(ask: Ask) -> Response:
+        """Return the limits and zones that are nearest to the robot, with their margins."""
+
+        async def found(service: Service) -> MarginSnapshot | None:
+            return service.margins()
+
+        snapshot = await ask(found)
+        return answer(NearestLimits() if snapshot is None else snapshot.view())
+
     @routes.add("GET", "/v1/link", Operation.READ, tag=_STATUS, gives=LinkView, client="link")
     async def link(ask: Ask) -> Response:
         """Return the quality of the link to the controller."""
@@ -167,11 +190,17 @@ def add_reading(routes: Routes) -> None:
     @routes.add("GET", "/v1/twin", Operation.READ, tag=_STATUS, gives=Table, refuses=(NotFound,))
     async def twin(ask: Ask) -> Response:
         """Return the positions of the parts on the table of the twin [m]."""
+        return answer(await ask(lambda service: service.twin()))
 
-        async def looked_at(_service: Service) -> Table:
-            if ask.bridge.parts is None:
-                raise NotFound(what="twin", number="on a real machine")
-            return Table(dict(ask.bridge.parts()))
+    @routes.add("GET", "/v1/table", Operation.READ, tag=_STATUS, gives=TableView, client="table")
+    async def table(ask: Ask) -> Response:
+        """Return the parts by name with their places [m], and the part that the gripper carries.
+
+        On a real machine they are the parts of the latest job that names any.
+        """
+
+        async def looked_at(service: Service) -> TableView:
+            return service.table()
 
         return answer(await ask(looked_at))
 

@@ -11,12 +11,14 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
+from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from maya_un.events import Event
 from maya_un.http.stream.messages import content, event_frame, state_frame, topic_frame
-from maya_un.http.stream.topics import TOPICS, StreamTopic, TopicSource
+from maya_un.http.stream.topics import EVERYBODY, TOPICS, Audience, StreamTopic, TopicSource
 from maya_un.schema.robot import EventMessage
+from maya_un.service.access.operations import Caller
 from maya_un.service.service import Service
 from maya_un.values import State
 
@@ -101,7 +103,7 @@ class StreamReader:
     Values (a state, a topic) replace an older one that was not sent yet. Events are sent from the shared `ring`, so a
     slow reader needs no memory of its own; if the ring no longer contains the reader's next event, the reader is lost,
     and `on_lost` is called. `seen` is the number of the last event sent, None without a subscription; while `catching`,
-    another task sends it the missing events.
+    another task sends it the missing events. The hub sets `audience`.
     """
 
     def __init__(self, outlet: ReaderWire, ring: EventRing, on_lost: Callable[[], None]) -> None:
@@ -111,6 +113,7 @@ class StreamReader:
         self._latest: dict[str, bytes] = {}
         self.seen: int | None = None
         self.catching = False
+        self.audience = EVERYBODY
         outlet.on_room = self.go_on
 
     @property
@@ -154,7 +157,7 @@ class Batch(NamedTuple):
 
     events: list[Event]
     state: State | None
-    values: Mapping[StreamTopic, object]
+    values: Mapping[StreamTopic, Mapping[Caller, object]]
 
 
 class StreamSource:
@@ -171,7 +174,7 @@ class StreamSource:
         self._state: State | None = None
         self._told: object = None
         self._wanted = True
-        self._values: dict[StreamTopic, object] = {}
+        self._values: dict[StreamTopic, Mapping[Caller, object]] = {}
         self._flushing = False
         self.latest: State | None = None
         self.topics = {
@@ -214,8 +217,8 @@ class StreamSource:
             for source in self.topics.values():
                 source.saw(event)
 
-    def _found(self, topic: StreamTopic, value: object) -> None:
-        self._values[topic] = value
+    def _found(self, topic: StreamTopic, values: Mapping[Caller, object]) -> None:
+        self._values[topic] = values
         self._flush_soon()
 
     def _flush_soon(self) -> None:
@@ -313,16 +316,20 @@ class RateGroup:
 
 
 class StreamHub:
-    """Sends the batches of a source to all readers of one `run`; runs in the server's loop."""
+    """Sends the batches of a source to all readers of one `run`; runs in the server's loop.
 
-    def __init__(self, run: int, ring: EventRing) -> None:
+    `about` is what the greeting tells of the robot.
+    """
+
+    def __init__(self, run: int, ring: EventRing, about: Mapping[str, object] = MappingProxyType({})) -> None:
         self.run = run
+        self.about = about
         self.ring = ring
         self._tap: StreamSource | None = None
         self._paces: dict[float, RateGroup] = {}
         self._followers: set[StreamReader] = set()
         self._watchers: dict[StreamTopic, set[StreamReader]] = {topic: set() for topic in TOPICS.values()}
-        self._shown: dict[StreamTopic, bytes] = {}
+        self._shown: dict[tuple[StreamTopic, Audience], bytes] = {}
         self._snapshot: tuple[State | None, StateFrame | None] = (None, None)
 
     def open(self, tap: StreamSource) -> None:
@@ -345,8 +352,11 @@ class StreamHub:
         if batch.state is not None:
             for pace in tuple(self._paces.values()):
                 pace.offer()
-        for topic, value in batch.values.items():
-            self._show(topic, topic_frame(topic.name, topic.shown(value)))
+        for topic, values in batch.values.items():
+            for audience in self._audiences(topic):
+                if audience.caller in values:
+                    shown = topic.shown(values[audience.caller], audience.language)
+                    self._show(topic, audience, topic_frame(topic.name, shown))
 
     def _further(self, reader: StreamReader) -> None:
         if reader.lost:
@@ -355,11 +365,15 @@ class StreamHub:
         else:
             reader.pump()
 
-    def _show(self, topic: StreamTopic, frame: bytes) -> None:
-        if frame != self._shown.get(topic) and self._watchers[topic]:
-            self._shown[topic] = frame
+    def _audiences(self, topic: StreamTopic) -> set[Audience]:
+        return {_audience(topic, reader) for reader in self._watchers[topic]}
+
+    def _show(self, topic: StreamTopic, audience: Audience, frame: bytes) -> None:
+        if frame != self._shown.get((topic, audience)):
+            self._shown[topic, audience] = frame
             for reader in self._watchers[topic]:
-                reader.show(topic.name, frame)
+                if _audience(topic, reader) == audience:
+                    reader.show(topic.name, frame)
 
     def show_states(self, reader: StreamReader, rate: float | None) -> None:
         """Send states at `rate` [Hz]; with None, stop sending them."""
@@ -376,19 +390,35 @@ class StreamHub:
 
     def show(self, reader: StreamReader, topic: StreamTopic, *, wanted: bool) -> None:
         """Send a topic now and after each change, or stop sending it."""
-        assert self._tap is not None
-        watchers, source = self._watchers[topic], self._tap.topics[topic]
         if wanted:
-            watchers.add(reader)
-            if topic in self._shown:
-                reader.show(topic.name, self._shown[topic])
+            self._watchers[topic].add(reader)
+            frame = self._shown.get((topic, _audience(topic, reader)))
+            if frame is not None:
+                reader.show(topic.name, frame)
         else:
-            watchers.discard(reader)
+            self._watchers[topic].discard(reader)
             reader.forget(topic.name)
-        source.wanted = bool(watchers)
-        if not watchers:
-            self._shown.pop(topic, None)
-        elif topic not in self._shown:
+        self._want_topic(topic)
+
+    def address(self, reader: StreamReader, audience: Audience) -> None:
+        """Send personal topics to a reader as to `audience` from now on: its rights or its language have changed."""
+        if audience == reader.audience:
+            return
+        reader.audience = audience
+        for topic, watchers in self._watchers.items():
+            if topic.personal and reader in watchers:
+                reader.forget(topic.name)
+                self.show(reader, topic, wanted=True)
+
+    def _want_topic(self, topic: StreamTopic) -> None:
+        """Have a topic read for its present audiences, at once for a new one, and forget those that have left."""
+        assert self._tap is not None
+        audiences = self._audiences(topic)
+        source = self._tap.topics[topic]
+        source.wanted = frozenset(audience.caller for audience in audiences)
+        for key in [key for key in self._shown if key[0] is topic and key[1] not in audiences]:
+            del self._shown[key]
+        if any((topic, audience) not in self._shown for audience in audiences):
             source.look()
 
     def send_events(self, reader: StreamReader) -> None:
@@ -418,3 +448,7 @@ class StreamHub:
     def _want(self) -> None:
         if self._tap is not None:
             self._tap.want()
+
+
+def _audience(topic: StreamTopic, reader: StreamReader) -> Audience:
+    return reader.audience if topic.personal else EVERYBODY

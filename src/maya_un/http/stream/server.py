@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from typing import NamedTuple
 
 from fastapi import FastAPI
 from starlette.websockets import WebSocket
@@ -102,14 +103,14 @@ class StreamServer:
 
     async def _open(self) -> StreamHub:
         """Start to receive data from the service."""
-        service, run, last, speed = await self._bridge.asked(_facts)
-        hub = StreamHub(run, EventRing(last, self._most_behind))
+        service, run, last, about = await self._bridge.asked(_facts)
+        hub = StreamHub(run, EventRing(last, self._most_behind), about._asdict())
         loop = asyncio.get_running_loop()
 
         def hand_over(batch: Batch) -> None:
             loop.call_soon_threadsafe(self._take, hub, batch)
 
-        tap = StreamSource(service, hand_over, speed)
+        tap = StreamSource(service, hand_over, about.speed)
         hub.open(tap)
         self._tapping = loop.create_task(self._bridge.within(lambda: tap.run(last)), name="stream")
         self._tapping.add_done_callback(self._tapped)
@@ -148,7 +149,15 @@ async def _introduced(entrance: StreamHandshake) -> Caller | None:
         raise NotSignedIn(reason=f"no `hello` with a token arrived within {INTRODUCTION:g} s") from None
 
 
-async def _facts(service: Service) -> tuple[Service, int, int, float]:
-    """Return the service, its run, the number of its last event, and the speed of its clock."""
+class StreamedRobot(NamedTuple):
+    """The name of the robot, the address of its controller, and the speed of its clock relative to real time."""
+
+    robot: str
+    address: str
+    speed: float
+
+
+async def _facts(service: Service) -> tuple[Service, int, int, StreamedRobot]:
+    """Return the service, its run, the number of its last event, and its robot."""
     status = await service.status()
-    return service, status.run, status.last_event, status.speed
+    return service, status.run, status.last_event, StreamedRobot(service.name, status.address, status.speed)

@@ -18,6 +18,7 @@ from maya_un import __version__
 from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSignedIn, StreamLagging
 from maya_un.http.bridge import Bridge, LoopShare
 from maya_un.http.connections import is_local, source_of
+from maya_un.http.dates import moment
 from maya_un.http.log import written_down
 from maya_un.http.stream.hub import CHUNK, StreamHub, StreamReader
 from maya_un.http.stream.messages import (
@@ -32,7 +33,7 @@ from maya_un.http.stream.messages import (
     subscription,
 )
 from maya_un.http.stream.requests import StreamRequests
-from maya_un.http.stream.topics import TOPICS
+from maya_un.http.stream.topics import TOPICS, Audience
 from maya_un.schema.robot import EventMessage
 from maya_un.service.access.operations import Caller, Operation
 
@@ -161,7 +162,8 @@ class StreamSession:
 
     async def converse(self) -> None:
         """Greet the client and answer its messages, until one side ends."""
-        self._greet({})
+        self._address()
+        await self._greet({})
         try:
             while (text := await received(self._socket)) is not None:
                 await self._wire.writable.wait()  # no messages of a client that does not read are processed
@@ -184,7 +186,16 @@ class StreamSession:
         if isinstance(now, MayaError):
             refuse(self._wire, now, self._language)
         else:
-            self._caller = now
+            self._become(now)
+
+    def _become(self, caller: Caller) -> None:
+        self._caller = caller
+        self._address()
+
+    def _address(self) -> None:
+        """Have personal topics follow the rights of this client, under the lease that its requests have."""
+        caller = replace(self._caller, source="", token="", lease=self._bound)
+        self._hub.address(self._reader, Audience(caller, self._language))
 
     async def _breathe(self) -> None:
         """Delay the next message of a client that sends too many; other clients do not wait."""
@@ -204,10 +215,10 @@ class StreamSession:
             message = decoded(text)
             kind = kind_of(message)
             if kind == "hello":
-                self._caller = await self._entrance.meet(message)
-                self._greet(message)
+                self._become(await self._entrance.meet(message))
+                await self._greet(message)
                 return
-            self._caller = await self._entrance.caller()
+            self._become(await self._entrance.caller())
             match kind:
                 case "subscribe":
                     await self._subscribe(message)
@@ -222,10 +233,12 @@ class StreamSession:
         except MayaError as error:
             self._wire.write(error_frame(error, self._language, message))
 
-    def _greet(self, about: Mapping[str, Any]) -> None:
+    async def _greet(self, about: Mapping[str, Any]) -> None:
+        """Introduce the robot, with the date of a time of its clock, because events have times of that clock."""
+        time, date = await self._bridge.within(_clocks)
         who = {"name": self._caller.name, "role": self._caller.role.word}
         facts = {"version": __version__, "protocol": PROTOCOL, "run": self._hub.run, "last_event": self._hub.ring.last}
-        self._wire.write(plain_frame("hello", about, **facts, who=who))
+        self._wire.write(plain_frame("hello", about, **facts, **self._hub.about, time=time, date=date, who=who))
 
     async def _subscribe(self, message: Mapping[str, Any]) -> None:
         wanted = subscription(message)
@@ -299,6 +312,7 @@ class StreamSession:
         holder = replace(self._caller, lease=lease)
         view = await self._bridge.call(holder, Operation.RENEW, lambda service: service.lease.renew(holder))
         self._bound = lease if bound else ""
+        self._address()
         self._wire.write(plain_frame("renewed", message, expires_in=view.expires_in, bound=bound))
 
     async def _let_go(self) -> None:
@@ -308,3 +322,8 @@ class StreamSession:
                 await self._bridge.call(
                     holder, Operation.LEASE, lambda service: service.lease.release(holder, lost=True)
                 )
+
+
+async def _clocks() -> tuple[float, str]:
+    """Return the time of the running loop [s], and its date."""
+    return asyncio.get_running_loop().time(), moment()

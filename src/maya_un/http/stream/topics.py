@@ -6,75 +6,122 @@ A topic is declared once. The key of `subscribe`, the message, and the reference
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from maya_un.events import Event, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
+from maya_un.events import Event, GripperClosed, GripperOpened, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
 from maya_un.schema.jobs import QueueView
-from maya_un.schema.robot import LinkView, MotionView, Signals
+from maya_un.schema.people import Permissions
+from maya_un.schema.previews import NearestLimits
+from maya_un.schema.robot import LinkView, MotionView, Signals, TableView
+from maya_un.service.access.operations import LOCAL, Caller
 from maya_un.service.motion import MotionSnapshot
+from maya_un.service.permissions import as_permissions
+from maya_un.service.reachability import MarginSnapshot
 from maya_un.service.service import Service
 
 PERIOD = 0.1
 """Shortest period of reading a topic [s, real time]."""
 
 
+class Audience(NamedTuple):
+    """The reader of a topic: the caller, as far as the rights depend on it, and the language."""
+
+    caller: Caller
+    language: str
+
+
+EVERYBODY = Audience(LOCAL, "en")
+"""The audience of a topic that all readers get alike."""
+
+
 @dataclass(frozen=True)
 class StreamTopic:
-    """A value of the type `gives`: `view` reads it from the service in the stack's loop.
+    """A value of the type `gives`: `view` reads it from the service for a caller, in the stack's loop.
 
     While it has readers, it is read after an event of the types in `after`, after a state with which `source` returns
-    another object, and at least once in `look` [s, real time]. `shown` makes the message in the server's loop.
+    another value than before, and at least once in `look` [s, real time], unless that is None. `shown` makes the
+    message in the server's loop, in the language of the reader. Only a `personal` topic differs between readers.
     """
 
     name: str
     gives: Any
-    view: Callable[[Service], Any]
-    look: float
+    view: Callable[[Service, Caller], Any]
+    look: float | None
     after: tuple[type[Event], ...] = ()
     source: Callable[[Service], object] = lambda service: None
-    shown: Callable[[Any], object] = lambda value: value
+    shown: Callable[[Any, str], object] = lambda value, language: value
+    personal: bool = False
 
 
 QUEUE = StreamTopic(
     "queue",
     QueueView,
-    lambda service: service.queue.view(),
+    lambda service, caller: service.queue.view(),
     look=2.0,  # for updated predictions
     after=(JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged),
 )
 
 
-def _motion(snapshot: MotionSnapshot | None) -> MotionView:
+def _motion(snapshot: MotionSnapshot | None, _language: str) -> MotionView:
     return MotionView() if snapshot is None else snapshot.view()
 
 
 MOTION = StreamTopic(
     "motion",
     MotionView,
-    lambda service: service.motion(),
+    lambda service, caller: service.motion(),
     look=10.0,
     source=lambda service: service.move,
     shown=_motion,
 )
 
-LINK = StreamTopic("link", LinkView, lambda service: service.link(), look=1.0)
+LINK = StreamTopic("link", LinkView, lambda service, caller: service.link(), look=1.0)
 
-SIGNALS = StreamTopic("signals", Signals | None, lambda service: service.signals(), look=0.1)
+SIGNALS = StreamTopic("signals", Signals | None, lambda service, caller: service.signals(), look=0.1)
 
-TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS)}
+TABLE = StreamTopic(
+    "table",
+    TableView,
+    lambda service, caller: service.table(),
+    look=2.0,  # for parts that are not moved by the gripper
+    after=(StepAdvanced, GripperClosed, GripperOpened),
+    source=lambda service: service.state.gripper_closed,
+)
+
+
+def _margins(snapshot: MarginSnapshot | None, _language: str) -> NearestLimits:
+    return NearestLimits() if snapshot is None else snapshot.view()
+
+
+MARGINS = StreamTopic("margins", NearestLimits, lambda service, caller: service.margins(), look=0.5, shown=_margins)
+
+CAN = StreamTopic(
+    "can",
+    Permissions,
+    lambda service, caller: service.refusals(caller),
+    look=None,  # some reasons name a time, which is no change
+    after=(LeaseChanged, JobAdvanced),
+    source=lambda service: service.circumstances,
+    shown=as_permissions,
+    personal=True,
+)
+
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS, MARGINS, TABLE, CAN)}
 """All topics by name."""
 
 
 class TopicSource:
-    """Reads a topic of `service` in the stack's loop while it has readers, and passes it to `found`.
+    """Reads a topic of `service` in the stack's loop for the callers `wanted`, and passes the values to `found`.
 
     `speed` is the speed of the loop's clock relative to real time. Any thread may set `wanted` and call `look`.
     """
 
-    def __init__(self, topic: StreamTopic, service: Service, found: Callable[[object], None], speed: float) -> None:
+    def __init__(
+        self, topic: StreamTopic, service: Service, found: Callable[[Mapping[Caller, object]], None], speed: float
+    ) -> None:
         self._topic = topic
         self._service = service
         self._found = found
@@ -83,7 +130,7 @@ class TopicSource:
         self._stirred.set()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._origin: object = None
-        self.wanted = False
+        self.wanted = frozenset[Caller]()
 
     def look(self) -> None:
         """Read the topic soon; from any thread."""
@@ -97,10 +144,8 @@ class TopicSource:
             self._stirred.set()
 
     def saw_state(self) -> None:
-        """Read the topic soon if its source is another object than after the state before."""
-        origin = self._topic.source(self._service)
-        if origin is not self._origin:
-            self._origin = origin
+        """Read the topic soon if its source has another value than at the last look."""
+        if self.wanted and self._topic.source(self._service) != self._origin:
             self._stirred.set()
 
     async def run(self) -> None:
@@ -108,9 +153,17 @@ class TopicSource:
         self._loop = asyncio.get_running_loop()
         while True:
             with suppress(TimeoutError):
-                async with asyncio.timeout((self._topic.look - PERIOD) * self._speed if self.wanted else None):
+                async with asyncio.timeout(self._patience):
                     await self._stirred.wait()
             self._stirred.clear()
-            if self.wanted:
-                self._found(self._topic.view(self._service))
+            wanted = self.wanted
+            if wanted:
+                self._origin = self._topic.source(self._service)
+                self._found({caller: self._topic.view(self._service, caller) for caller in wanted})
                 await asyncio.sleep(PERIOD * self._speed)
+
+    @property
+    def _patience(self) -> float | None:
+        """The longest time without a look [s, loop time], None without a bound."""
+        look = self._topic.look
+        return None if look is None or not self.wanted else (look - PERIOD) * self._speed

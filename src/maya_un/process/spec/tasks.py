@@ -23,7 +23,7 @@ import hashlib
 import json
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from math import dist
@@ -82,6 +82,37 @@ class PartMap:
     def _stands(self, name: str, place: Point) -> bool:
         here = self.parts[name]
         return here is not None and dist(here, place) < SAME_PLACE
+
+
+class HandledParts:
+    """Parts by name, which the gripper takes and releases; `held` is the part in the gripper, None without one."""
+
+    def __init__(self, parts: dict[str, Point | None]) -> None:
+        self._standing = PartMap(parts)
+        self.held: str | None = None
+
+    @property
+    def places(self) -> dict[str, Point | None]:
+        """The places of the parts [m]; the one of a held part is its last."""
+        return self._standing.parts
+
+    def handle(self, primitive: Primitive) -> None:
+        """Apply the effect of a done primitive."""
+        match primitive.part:
+            case PartEffect.TAKES:
+                self.held = self._standing.at(primitive.value)
+            case PartEffect.PUTS:
+                self.release(primitive.value)
+            case PartEffect.SETS_GRIPPER if primitive.value:
+                self.release(None)
+            case _:
+                pass
+
+    def release(self, place: Point | None) -> None:
+        """Release the held part at a place, None for an unknown one."""
+        if self.held is not None:
+            self._standing.put(self.held, place)
+        self.held = None
 
 
 def _square(value: float) -> int:
@@ -276,12 +307,13 @@ class Task:
 class Expansion:
     """All tasks of a job, and the places of its named parts after them; None if unknown.
 
-    `remarks` are the deviations in shape of its pallets.
+    `remarks` are the deviations in shape of its pallets, `start` the places of its parts before the tasks.
     """
 
     tasks: tuple[Task, ...]
     parts: dict[str, Point | None]
     remarks: tuple[str, ...] = ()
+    start: dict[str, Point | None] = field(default_factory=dict[str, Point | None])
 
 
 def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expansion:
@@ -296,7 +328,7 @@ def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expa
         if len(tasks) == MOST_TASKS:
             raise InvalidJob(key="job", reason=TOO_MANY)
         tasks.append(table.task(planned, len(tasks) + 1))
-    return Expansion(tuple(tasks), table.parts, table.remarks)
+    return Expansion(tuple(tasks), table.parts, table.remarks, table.start)
 
 
 def starting_parts(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> dict[str, Point]:
@@ -324,14 +356,14 @@ class _PartTracker:
     def __init__(self, job: Job, grasp_height: float, recall: Recall) -> None:
         self._job = job
         self._names = NameResolver(job, grasp_height, recall)
-        self._standing = PartMap(self._names.parts())
+        self.start = self._names.parts()
+        self._handled = HandledParts(dict(self.start))
         self._grasp_height = grasp_height
-        self._held: str | None = None
 
     @property
     def parts(self) -> dict[str, Point | None]:
         """Present positions of the parts [m]."""
-        return self._standing.parts
+        return self._handled.places
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -355,11 +387,11 @@ class _PartTracker:
 
     def task(self, planned: _Planned, index: int) -> Task:
         """Return the task of a step and apply its effect on the parts."""
-        held, key = self._held, planned.key
+        held, key = self._handled.held, planned.key
         primitive, label = self._primitive(planned)
         if primitive.part is PartEffect.TAKES:
-            return Task(index, key, label, primitive, part=self._held)
-        if held is None or self._held is not None:
+            return Task(index, key, label, primitive, part=self._handled.held)
+        if held is None or self._handled.held is not None:
             return Task(index, key, label, primitive)
         return Task(index, key, label, primitive, part=held, put=self.parts[held])
 
@@ -381,25 +413,8 @@ class _PartTracker:
             case _:
                 pass
         task = primitive(**{primitive.argument.key: value}) if primitive.argument.key else primitive()
-        self._handle(task)
+        self._handled.handle(task)
         return task, label
-
-    def _handle(self, task: Primitive) -> None:
-        """Apply the effect of a task on the parts."""
-        match task.part:
-            case PartEffect.TAKES:
-                self._held = self._standing.at(task.value)
-            case PartEffect.PUTS:
-                self._let_go(task.value)
-            case PartEffect.SETS_GRIPPER if task.value:
-                self._let_go(None)
-            case _:
-                pass
-
-    def _let_go(self, where: Point | None) -> None:
-        if self._held is not None:
-            self._standing.put(self._held, where)
-        self._held = None
 
 
 def job_of_command(request: Mapping[str, object]) -> Job | None:
