@@ -52,6 +52,7 @@ export const QUEUE = words({
   notes: ["Notes", "Notas"],
   options: ["Options", "Opciones"],
   lowest: ["Heights {low} to {high} {unit}", "Alturas de {low} a {high} {unit}"],
+  moreSteps: ["{count} more steps", "{count} pasos más"],
   ended: ["Ended in the last 24 hours", "Terminados en las últimas 24 horas"],
   noneEnded: ["No job has ended in the last 24 hours.", "Ningún trabajo ha terminado en las últimas 24 horas."],
   all: ["All jobs", "Todos los trabajos"],
