@@ -115,6 +115,7 @@ test.each([
   [{ wish: { command: "pick", target: [0.5, 1.1] } }, { name: "pick", steps: [{ pick: [0.5, 1.1] }] }],
   [{ wish: { command: "gripper", open: false } }, { name: "gripper", steps: [{ gripper: "close" }] }],
   [{ wish: { command: "move", joints: "shelf" } }, { name: "move", steps: [{ move: "shelf" }] }],
+  [{ name: "a", steps: [{ home: true }, { for_each: "box", do: [{ pick: "box[each]" }] }] }, { name: "a", steps: ["home", { for_each: "box", do: [{ pick: "box[each]" }] }] }],
   [{ name: "a", steps: ["home"], taught: { shelf: 1 } }, { name: "a", steps: ["home"] }],
 ])("makes a job of the body %j", (body, job) => {
   expect(bodyAsJob(body)).toEqual(job);

@@ -201,8 +201,17 @@ export function palletOf(cells: unknown): string {
 /** Returns the body of an accepted job as a job: a single command (`wish`) becomes a job of one step. */
 export function bodyAsJob(body: Record<string, unknown>): JobData {
   const wish = body["wish"];
-  if (!isMapping(wish)) return tidy(Object.fromEntries(ORDER.filter((key) => key in body).map((key) => [key, body[key]])) as unknown as JobData);
+  if (!isMapping(wish)) {
+    const job = Object.fromEntries(ORDER.filter((key) => key in body).map((key) => [key, body[key]])) as unknown as JobData;
+    return tidy({ ...job, steps: job.steps.map(plain) });
+  }
   const command = String(wish["command"]);
   const argument = command === "gripper" ? (wish["open"] === true ? "open" : "close") : (wish["target"] ?? wish["joints"] ?? null);
   return { name: command, steps: [writeStep(command, argument)] };
+}
+
+/** Returns a step as people write it: `home`, where the service keeps `{home: true}`. */
+function plain(step: Step): Step {
+  const { command, argument, inner } = readStep(step);
+  return writeStep(command, argument, inner === null ? null : inner.map(plain));
 }
