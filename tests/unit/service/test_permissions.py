@@ -31,6 +31,9 @@ DONE: dict[str, tuple[Operation, Callable[[Service], Awaitable[object]]]] = {
     "pause": (Operation.PAUSE, lambda service: service.pause()),
     "resume": (Operation.RESUME, lambda service: service.resume()),
     "recover": (Operation.RECOVER, lambda service: service.recover()),
+    "pause queue": (Operation.PAUSE, lambda service: service.queue.pause()),
+    "resume queue": (Operation.RESUME, lambda service: service.queue.resume()),
+    "step queue": (Operation.STEP, lambda service: service.queue.step()),
 }
 """Actions whose outcome shows whether they were allowed."""
 

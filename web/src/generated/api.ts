@@ -1143,4 +1143,4 @@ export interface Topics {
 }
 
 /** The actions of `Permissions`. */
-export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";
+export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";

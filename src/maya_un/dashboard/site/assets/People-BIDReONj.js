@@ -1,1 +1,0 @@
-import{D as e,W as t,b as n,dt as r,f as i,h as a,s as o}from"./words-B9LLLhgB.js";import{t as s}from"./common-DHMe7ijF.js";var c={class:`page`},l=n({__name:`People`,setup(n){return(n,l)=>(e(),a(`div`,c,[i(`h1`,null,r(t(o)(t(s).people)),1)]))}});export{l as default};
