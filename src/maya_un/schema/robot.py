@@ -168,6 +168,13 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
+class Addresses:
+    """The URLs at which other computers reach the service, the best one first; none if only this computer reaches it."""
+
+    remote: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Health:
     """The server is running."""
 

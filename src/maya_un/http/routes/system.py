@@ -35,7 +35,7 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
-from maya_un.schema.robot import EventMessage, Health, Kept, LinkView, MotionView, Readiness, Signals, Status, Table
+from maya_un.schema.robot import Addresses, EventMessage, Health, Kept, LinkView, MotionView, Readiness, Signals, Status, Table
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
@@ -282,6 +282,15 @@ def add_system(routes: Routes) -> None:
         """
         found = await readiness(request.app.state.bridge, language_of(request.headers))
         return answer(found, 200 if found.ready else 503)
+
+    @routes.add("GET", "/v1/addresses", Operation.READ, tag=_SYSTEM, gives=Addresses, client="addresses")
+    async def addresses(request: Request, ask: Ask) -> Response:
+        """Return the URLs at which other computers reach this service."""
+
+        async def found(_service: Service) -> Addresses:
+            return Addresses(request.app.state.addresses)
+
+        return answer(await ask(found))
 
     @routes.add("GET", "/metrics", Operation.READ, tag=_SYSTEM, gives=str, media=CONTENT_TYPE)
     async def prometheus(request: Request, ask: Ask) -> Response:
