@@ -1,4 +1,4 @@
-import { stamp } from "../state/account.ts";
+import { stamp } from "./phone.ts";
 
 export const HOUR = 3600;
 export const DAY = 24 * HOUR;

@@ -31,8 +31,8 @@ export function qrCode(text: string): Grid {
   const version = 1 + BLOCKS.findIndex(([, data], i) => 4 + (i < 9 ? 8 : 16) + 8 * bytes.length <= 8 * sum(data));
   if (version === 0) throw new RangeError("the text is too long for a QR code");
   const bits = toBits(corrected(packed(bytes, version), version));
-  const codes = MASKS.map((mask, number) => drawn(version, bits, mask, number));
-  return codes.reduce((best, code) => (penalty(code) < penalty(best) ? code : best));
+  const codes = MASKS.map((mask, number) => drawn(version, bits, mask, number)).map((code) => ({ code, penalty: penalty(code) }));
+  return codes.reduce((best, one) => (one.penalty < best.penalty ? one : best)).code;
 }
 
 /** The data bytes: mode, length, text, end, padding. */

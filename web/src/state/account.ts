@@ -3,6 +3,7 @@ import { filled, over } from "../api/ask.ts";
 import { dropLease } from "../api/lease.ts";
 import { keepToken } from "../api/session.ts";
 import type { Me, NewToken, Removed, TokenLine } from "../generated/api.ts";
+import { CODE_START, codeIn, PHONE, stamp } from "../people/phone.ts";
 import { failureOf, type Failure } from "./act.ts";
 import { me } from "./can.ts";
 import { connection, stream } from "./robot.ts";
@@ -42,18 +43,11 @@ export async function signOut(): Promise<void> {
   become("");
 }
 
-const CODE = /^#sign-in=(maya_[0-9a-f]{8}_[0-9a-f]{48})$/;
-
-/** The address that signs a phone in: browsers send no server the part behind the #. */
-export function signInAddress(origin: string, token: string): string {
-  return `${origin}/#sign-in=${token}`;
-}
-
-/** Returns the token of such an address, "" for another one, and removes it from the address and the history. */
+/** Returns the token of a sign-in address, "" for another one, and removes it from the address and the history. */
 export function takeCode(): string {
-  const found = CODE.exec(location.hash);
-  if (location.hash.startsWith("#sign-in=")) history.replaceState(null, "", location.pathname + location.search);
-  return found?.[1] ?? "";
+  const found = codeIn(location.hash);
+  if (location.hash.startsWith(CODE_START)) history.replaceState(null, "", location.pathname + location.search);
+  return found;
 }
 
 /** Exchanges the token of a code for one of this page that ends with it. So the code works once. */
@@ -70,13 +64,4 @@ export async function redeem(code: string): Promise<void> {
   } catch (error) {
     codeFailure.value = failureOf(error);
   }
-}
-
-/** The note of the token of a phone, and that of a code that no phone has read. */
-export const PHONE = "phone";
-export const CODE_NOTE = "code for a phone";
-
-/** Returns a date as the service reads it, "" for never. */
-export function stamp(date: Date | string): string {
-  return date === "" ? "" : `${new Date(date).toISOString().slice(0, 19)}Z`;
 }

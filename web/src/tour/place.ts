@@ -32,12 +32,9 @@ export function placed(card: { width: number; height: number }, target: Box | nu
   if (target !== null) {
     const [centre, middle] = [target.left + (target.width - card.width) / 2, target.top + (target.height - card.height) / 2];
     const gap = target === stop ? CLEAR : GAP;
-    beside.push(
-      box(target.left + target.width + gap, middle),
-      box(target.left - card.width - gap, middle),
-      box(centre, target.top + target.height + gap),
-      box(centre, target.top - card.height - gap),
-    );
+    const sides = [box(target.left + target.width + gap, middle), box(target.left - card.width - gap, middle)];
+    const ends = [box(centre, target.top + target.height + gap), box(centre, target.top - card.height - gap)];
+    beside.push(...(target === stop ? [...ends, ...sides] : [...sides, ...ends]));
   }
   const good = beside.find((one) => clear(one) && apart(one, target as Box, 0));
   if (good !== undefined) return good;

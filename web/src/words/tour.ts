@@ -5,7 +5,7 @@ export const TOUR = words({
   of: ["{number} of {count}", "{number} de {count}"],
   next: ["Next", "Siguiente"],
   back: ["Back", "Atrás"],
-  end: ["End the tour", "Terminar el recorrido"],
+  end: ["End the tour", "Terminar"],
   finish: ["Done", "Listo"],
   stopTitle: ["Stop", "Parar"],
   stop: ["This button stops the robot. It is on every page, never asks, and works for everybody. While the robot moves, the space bar does the same.", "Este botón para el robot. Está en todas las páginas, nunca pregunta y funciona para todos. Mientras el robot se mueve, la barra espaciadora hace lo mismo."],
