@@ -15,5 +15,5 @@ export const CARDS: readonly Card[] = [
   { at: "[data-state]", title: TOUR.stateTitle, text: TOUR.state },
   { at: "[data-home]", title: TOUR.homeTitle, text: TOUR.home, path: "/" },
   { at: "a[href='/queue']", title: TOUR.queueTitle, text: TOUR.queue },
-  { at: "[data-language], .tabs a[href='/people']", title: TOUR.languageTitle, text: TOUR.language },
+  { at: "[data-language]", title: TOUR.languageTitle, text: TOUR.language },
 ];

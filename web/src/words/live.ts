@@ -1,4 +1,4 @@
-import { words } from "./index.ts";
+import { words, type Words } from "./index.ts";
 
 export const LIVE = words({
   view: ["3D view of the robot", "Vista 3D del robot"],
@@ -21,6 +21,8 @@ export const LIVE = words({
   load: ["× load", "× carga"],
   homingPhase: ["Homing: {phase} ({number} of {count})", "Referenciando: {phase} ({number} de {count})"],
   drive: ["Drive", "Mover"],
+  notHomed: ["The robot does not know its position. Home it first: it drives slowly to its switches.", "El robot no conoce su posición. Referéncielo primero: irá despacio hasta sus interruptores."],
+  noController: ["The controller does not answer. Check its power and its network cable; Maya connects again by itself.", "El controlador no responde. Revise su alimentación y su cable de red; Maya se conecta de nuevo por sí misma."],
   whileJob: ["A job runs. Pause the queue to drive.", "Hay un trabajo en curso. Ponga la cola en pausa para mover."],
   pauseQueue: ["Pause", "Pausa"],
   resumeQueue: ["Resume", "Reanudar"],
@@ -67,6 +69,13 @@ export const LIVE = words({
   keysHint: ["Arrow keys: x and y. Page up and down: z.", "Flechas: x e y. Re Pág y Av Pág: z."],
 });
 
-export const PHASES = words({
-  home_a: ["axis a to its switch", "eje a a su interruptor"],
-});
+/** The phases of a homing (maya_un.controller.protocol.HOMING_PHASES). */
+export const PHASES: Record<string, Words> = {
+  raise: ["raise the gripper", "subir la pinza"],
+  datum_a: ["find the switch of axis a", "buscar el interruptor del eje a"],
+  datum_b: ["find the switch of line b", "buscar el interruptor del cable b"],
+  datum_c: ["find the switch of line c", "buscar el interruptor del cable c"],
+  stroke_b: ["measure line b", "medir el cable b"],
+  stroke_c: ["measure line c", "medir el cable c"],
+  pose: ["drive to the rest pose", "ir a la pose de reposo"],
+};

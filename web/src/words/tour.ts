@@ -16,5 +16,5 @@ export const TOUR = words({
   queueTitle: ["The queue", "La cola"],
   queue: ["Jobs wait here and run one after the other. You submit, order, hold and repeat them.", "Los trabajos esperan aquí y se ejecutan uno tras otro. Usted los envía, ordena, retiene y repite."],
   languageTitle: ["Language", "Idioma"],
-  language: ["Change the language, the theme and the units here. On a phone they are on the page People, and so is this tour.", "Cambie aquí el idioma, el tema y las unidades. En un teléfono están en la página Personas, igual que este recorrido."],
+  language: ["Change the language here, and the theme beside it. The page People has them too, with the units and this tour.", "Cambie aquí el idioma, y al lado el tema. También están en la página Personas, junto con las unidades y este recorrido."],
 });

@@ -1,1 +1,0 @@
-import{S as e,T as t,b as n,p as r,r as i,v as a}from"./index-CQdNRL34.js";import{T as o,tt as s}from"./reactivity.esm-bundler-Cw3gzBSa.js";var c={class:`page`},l=e({__name:`Drive`,setup(e){return(e,l)=>(t(),n(`div`,c,[a(`h1`,null,s(o(r)(o(i).drive)),1)]))}});export{l as default};
