@@ -35,8 +35,8 @@ def create_app(
 ) -> FastAPI:
     """Return the application that passes every request to the service behind `bridge`.
 
-    `edge` decides which requests are accepted; `metrics` counts them. `addresses` are the URLs for other computers. Every
-    error, Maya's or the framework's, is answered as problem+json with its code.
+    `edge` decides which requests are accepted; `metrics` counts them. `addresses` are the URLs for other computers.
+    Every error, Maya's or the framework's, is answered as problem+json with its code.
     """
     # Without a name, a path would be redirected to that of the list, which a client would take for success.
     app = FastAPI(

@@ -169,7 +169,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Addresses:
-    """The URLs at which other computers reach the service, the best one first; none if only this computer reaches it."""
+    """The URLs at which other computers reach the service, the best one first; none if it is for this computer."""
 
     remote: tuple[str, ...]
 

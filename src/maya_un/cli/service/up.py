@@ -285,8 +285,8 @@ class UpOptions(NamedTuple):
 
     `journal` is the file of the queue, "memory" for none, None for the default file; with `finish`, the running step is
     finished before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the
-    controller from another program that owns it. `coms` also starts `maya coms`, which needs that endpoint. `show` opens
-    the dashboard in the default browser.
+    controller from another program that owns it. `coms` also starts `maya coms`, which needs that endpoint. `show`
+    opens the dashboard in the default browser.
     """
 
     address: str = SIM

@@ -35,7 +35,18 @@ from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.encoding import to_json
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
-from maya_un.schema.robot import Addresses, EventMessage, Health, Kept, LinkView, MotionView, Readiness, Signals, Status, Table
+from maya_un.schema.robot import (
+    Addresses,
+    EventMessage,
+    Health,
+    Kept,
+    LinkView,
+    MotionView,
+    Readiness,
+    Signals,
+    Status,
+    Table,
+)
 from maya_un.service.access.operations import Operation
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
