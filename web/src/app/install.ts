@@ -24,8 +24,7 @@ export async function install(): Promise<void> {
 export async function keepFiles(): Promise<void> {
   if (!("serviceWorker" in navigator) || !import.meta.env.PROD) return;
   try {
-    const registration = await navigator.serviceWorker.register("/worker.js");
-    registration.waiting?.postMessage("activate"); // this page came with the newest files
+    await navigator.serviceWorker.register("/worker.js");
   } catch {
     // the page works without it, but does not open while the service is down
   }

@@ -27,12 +27,7 @@ const PREFIX = "maya-";
 const PATIENCE = 1500;
 
 worker.addEventListener("install", (event) => {
-  const kept = async () => (await caches.open(PREFIX + BUILD)).addAll(FILES.map((file) => new Request(file, { credentials: "omit", cache: "no-cache" })));
-  (event as Extendable).waitUntil(kept());
-});
-
-worker.addEventListener("message", (event) => {
-  if ((event as MessageEvent).data === "activate") void worker.skipWaiting();
+  (event as Extendable).waitUntil(keep());
 });
 
 worker.addEventListener("activate", (event) => {
@@ -45,10 +40,17 @@ worker.addEventListener("fetch", (event) => {
   if (request.method !== "GET" || origin !== worker.location.origin) return;
   if (request.mode === "navigate") {
     if (!pathname.startsWith("/v1/") && pathname !== "/metrics") (event as Fetching).respondWith(page(request));
-  } else if (FILES.includes(pathname) && pathname !== "/") {
+  } else if (pathname.startsWith("/assets/") || (FILES.includes(pathname) && pathname !== "/")) {
     (event as Fetching).respondWith(file(request));
   }
 });
+
+/** Keeps the files of this build, and replaces the worker of an older one at once. */
+async function keep(): Promise<void> {
+  const cache = await caches.open(PREFIX + BUILD);
+  await cache.addAll(FILES.map((file) => new Request(file, { credentials: "omit", cache: "no-cache" })));
+  await worker.skipWaiting();
+}
 
 /** Removes all builds but this one and the one before: a page of that one may still be open. */
 async function removeOld(): Promise<void> {
@@ -65,6 +67,8 @@ async function page(request: Request): Promise<Response> {
   return found ?? asked;
 }
 
+/** A file of this build, or of the one before, which the service may have no more. */
 async function file(request: Request): Promise<Response> {
-  return (await caches.match(request.url, { ignoreVary: true })) ?? fetch(request);
+  const newest = await caches.open(PREFIX + BUILD);
+  return (await newest.match(request.url, { ignoreVary: true })) ?? (await caches.match(request.url, { ignoreVary: true })) ?? fetch(request);
 }
