@@ -1,3 +1,5 @@
+import { createHash } from "node:crypto";
+import { readdirSync, readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import vue from "@vitejs/plugin-vue";
 import type { Plugin } from "vite";
@@ -24,9 +26,35 @@ function icons(): Plugin {
   };
 }
 
+const WORKER = "worker.js";
+
+/** Tells the service worker which files belong to this build, and gives the build a name that follows from them. */
+function files(): Plugin {
+  return {
+    name: "files",
+    apply: "build",
+    generateBundle: {
+      order: "post",
+      handler(_, bundle) {
+        const made = Object.values(bundle).filter((one) => one.fileName !== WORKER);
+        const content = new Map(made.map((one) => [one.fileName, one.type === "chunk" ? one.code : one.source]));
+        for (const name of readdirSync("public")) content.set(name, readFileSync(`public/${name}`));
+        const names = [...content.keys()].sort();
+        const hash = createHash("sha256");
+        for (const name of names) hash.update(name).update(content.get(name) ?? "");
+        const kept = names.map((name) => (name === "index.html" ? "/" : `/${name}`));
+        const worker = bundle[WORKER];
+        if (worker?.type !== "chunk") throw new Error("there is no service worker in the bundle");
+        const before = `const FILES=${JSON.stringify(kept)},BUILD=${JSON.stringify(hash.digest("hex").slice(0, 16))};`;
+        worker.code = before + worker.code;
+      },
+    },
+  };
+}
+
 export default defineConfig({
   base: "./",
-  plugins: [vue(), icons()],
+  plugins: [vue(), icons(), files()],
   build: {
     outDir: "../src/maya_un/dashboard/site",
     emptyOutDir: true,
@@ -34,6 +62,10 @@ export default defineConfig({
     modulePreload: { polyfill: false }, // it would be an inline script
     target: "es2022",
     chunkSizeWarningLimit: 800, // three.js, which is loaded after the first paint
+    rolldownOptions: {
+      input: { index: "index.html", worker: "src/app/worker.ts" },
+      output: { entryFileNames: (chunk) => (chunk.name === "worker" ? WORKER : "assets/[name]-[hash].js") }, // its scope is its folder
+    },
   },
   server: {
     proxy: { "/v1": { target: "http://127.0.0.1:4133", ws: true } },

@@ -57,6 +57,7 @@ TABLE: dict[str, Asked] = {
     "GET /v1/openapi.json": for_(),
     "POST /v1/session": for_(body={"name": "the-viewer", "password": "this is not it"}),
     "GET /metrics": _READ,
+    "GET /v1/addresses": _READ,
     "GET /v1/status": _READ,
     "GET /v1/config": _READ,
     "GET /v1/config/schema": _READ,

@@ -1,12 +1,17 @@
 import { createApp } from "vue";
 import App from "./App.vue";
+import { keepFiles } from "./app/install.ts";
 import "./look/tokens.css";
 import "./look/base.css";
 import { apply } from "./look/theme.ts";
+import { redeem, takeCode } from "./state/account.ts";
 import { start } from "./state/robot.ts";
 import { language, setLanguage } from "./words/index.ts";
 
+const code = takeCode();
 apply();
 setLanguage(language.value);
 createApp(App).mount("#app");
-start();
+if (code) void redeem(code).finally(start);
+else start();
+addEventListener("load", () => void keepFiles());

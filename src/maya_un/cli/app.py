@@ -145,6 +145,9 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
         ),
     ] = None,
     coms: Annotated[bool, typer.Option("--coms", help="also start `maya coms`, and rosbridge, which it needs")] = False,
+    show: Annotated[
+        bool, typer.Option("--open", help="open the dashboard in the default browser of this computer")
+    ] = False,
 ) -> int:
     """Run the control program of a robot, real or virtual, and serve it to commands on this computer.
 
@@ -158,7 +161,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
     options = command.UpOptions(
-        address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over, coms
+        address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over, coms, show
     )
     return command.up(options, settings_of(context))
 

@@ -12,6 +12,7 @@ from maya_un.client.steps import Verb
 class RobotMethods:
     """The robot itself."""
 
+    addresses = Verb(requests.addresses)
     status = Verb(requests.status)
     motion = Verb(requests.motion)
     signals = Verb(requests.signals)

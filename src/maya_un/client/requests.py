@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     )
     from maya_un.schema.recordings import RecordedStates, ScopeView
     from maya_un.schema.robot import (
+        Addresses,
         EventMessage,
         Health,
         HeldJog,
@@ -62,6 +63,11 @@ def ready() -> Request[Readiness]:
     It waits at most 1 s for the robot and 1 s for the disk.
     """
     return Request("GET", "/v1/ready", Answer("maya_un.schema.robot", "Readiness"))
+
+
+def addresses() -> Request[Addresses]:
+    """Return the URLs at which other computers reach this service."""
+    return Request("GET", "/v1/addresses", Answer("maya_un.schema.robot", "Addresses"))
 
 
 def prometheus() -> Request[str]:

@@ -18,6 +18,8 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
+from maya_un.http.middleware import LOOPBACK
+
 SITE = Path(__file__).parent / "site"
 """The built pages."""
 
@@ -38,6 +40,9 @@ _TYPES = {
 }
 _COMPRESSED = frozenset({".png", ".woff2"})
 """Kinds of files that are compressed already."""
+
+_OPENER = "Cross-Origin-Opener-Policy"
+"""A header that browsers only accept from trustworthy origins; from others they report it as an error."""
 
 _FOREVER = "public, max-age=31536000, immutable"
 
@@ -74,13 +79,14 @@ def page_headers(camera: str = "") -> dict[str, str]:
         "font-src": "'self'",
         "connect-src": "'self'",
         "manifest-src": "'self'",
+        "worker-src": "'self'",
         "base-uri": "'none'",
         "form-action": "'none'",
         "frame-ancestors": "'none'",
     }
     return {
         "Content-Security-Policy": "; ".join(f"{name} {value}" for name, value in policy.items()),
-        "Cross-Origin-Opener-Policy": "same-origin",
+        _OPENER: "same-origin",
         "Permissions-Policy": "camera=(), geolocation=(), microphone=()",
         "Referrer-Policy": "no-referrer",
         "X-Frame-Options": "DENY",
@@ -100,6 +106,11 @@ def add_dashboard(app: FastAPI, camera: str = "") -> None:
             app.router.routes.append(Route(f"/{name}", _Served(file, {"Cache-Control": kept}).answer, methods=["GET"]))
 
 
+def _trustworthy(request: Request) -> bool:
+    """Return whether a browser trusts the origin of a request: by TLS, or because it is on this computer."""
+    return request.url.scheme == "https" or request.url.hostname in LOOPBACK
+
+
 class _Served:
     """Answers requests for one file."""
 
@@ -114,6 +125,8 @@ class _Served:
             self._file = await asyncio.to_thread(page_file, self._path)
         file = self._file
         headers = {**self._headers, "ETag": file.tag, "Vary": "Accept-Encoding"}
+        if not _trustworthy(request):
+            headers.pop(_OPENER, None)
         if request.headers.get("if-none-match") == file.tag:
             return Response(status_code=304, headers=headers)
         packed = file.compressed is not None and "gzip" in request.headers.get("accept-encoding", "")

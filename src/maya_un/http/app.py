@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 
 from fastapi import FastAPI
@@ -29,11 +30,16 @@ from maya_un.http.routing import Routes
 from maya_un.http.stream.server import add_stream
 
 
-def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metrics | None = None) -> FastAPI:
+def create_app(
+    bridge: Bridge,
+    edge: OriginPolicy | None = None,
+    metrics: Metrics | None = None,
+    addresses: Sequence[str] = (),
+) -> FastAPI:
     """Return the application that passes every request to the service behind `bridge`.
 
-    `edge` decides which requests are accepted; `metrics` counts them. Every error, Maya's or the framework's, is
-    answered as problem+json with its code.
+    `edge` decides which requests are accepted; `metrics` counts them. `addresses` are the URLs for other computers.
+    Every error, Maya's or the framework's, is answered as problem+json with its code.
     """
     # Without a name, a path would be redirected to that of the list, which a client would take for success.
     app = FastAPI(
@@ -45,6 +51,7 @@ def create_app(bridge: Bridge, edge: OriginPolicy | None = None, metrics: Metric
     app.state.bridge = bridge
     app.state.rights = Rights(bridge)
     app.state.metrics = metrics or Metrics()
+    app.state.addresses = tuple(addresses)
     policy = edge or OriginPolicy()
     app.add_middleware(RequestGuard, edge=policy, metrics=app.state.metrics)
     app.add_exception_handler(MayaError, errors.on_maya_error)

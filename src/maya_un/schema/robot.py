@@ -214,6 +214,13 @@ class TableView:
 
 
 @dataclass(frozen=True, slots=True)
+class Addresses:
+    """The URLs at which other computers reach the service, the best one first; none if it is for this computer."""
+
+    remote: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Health:
     """The server is running."""
 

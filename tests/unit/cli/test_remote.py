@@ -8,6 +8,7 @@ import pytest
 from maya_un.cli.service.listeners import PORT, RemoteAccess, host_and_port, require_users
 from maya_un.errors import InvalidCommandLine, InvalidValue
 from maya_un.http.middleware import CLIENTS_EACH, FAR, Rate
+from maya_un.http.thread import ListeningSocket, bound_socket
 
 
 @pytest.mark.parametrize(
@@ -81,3 +82,28 @@ def test_limits_of_an_address_grow_with_the_clients_behind_it() -> None:
         assert listener is not None
         listener.socket.close()
     assert [(one.most, one.most_each) for one in listeners if one] == [(256, 32), (416, 192)]
+
+
+@pytest.mark.parametrize("host", ["192.0.2.7", "maya.lab"])
+def test_named_address_is_the_one_for_others(host: str) -> None:
+    with _listening() as listener:
+        port = listener.getsockname()[1]
+        found = RemoteAccess(listen=f"{host}:{port}", plain=True).addresses(ListeningSocket(listener))
+    assert found == (f"http://{host}:{port}",)
+
+
+@pytest.mark.parametrize("anywhere", ["0.0.0.0", "[::]"])
+def test_listener_everywhere_has_addresses_that_others_can_use(anywhere: str) -> None:
+    with _listening() as listener:
+        port = listener.getsockname()[1]
+        found = RemoteAccess(listen=anywhere, plain=True).addresses(ListeningSocket(listener))
+    assert f"http://{socket.gethostname().lower()}:{port}" in found
+    assert not any(host in url for url in found for host in ("0.0.0.0", "[::]"))
+
+
+def test_without_a_listener_there_is_no_address_for_others() -> None:
+    assert RemoteAccess().addresses(None) == ()
+
+
+def _listening() -> socket.socket:
+    return bound_socket(0)

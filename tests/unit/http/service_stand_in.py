@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -139,10 +139,12 @@ def app_client(
     edge: OriginPolicy | None = None,
     metrics: Metrics | None = None,
     source: str = "127.0.0.1",
+    addresses: Sequence[str] = (),
 ) -> httpx.AsyncClient:
     """Return a client at the address `source` of the application around `service`, within the running loop."""
     bridge = Bridge(asyncio.get_running_loop(), cast("Service", service))
-    transport = httpx.ASGITransport(create_app(bridge, edge, metrics), raise_app_exceptions=False, client=(source, 1))
+    app = create_app(bridge, edge, metrics, addresses)
+    transport = httpx.ASGITransport(app, raise_app_exceptions=False, client=(source, 1))
     return httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133")
 
 

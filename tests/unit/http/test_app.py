@@ -273,3 +273,10 @@ async def test_every_name_of_loopback_is_accepted(name: str) -> None:
     async with app_client(ServiceStandIn()) as client:
         response = await client.get("/v1/health", headers={"Host": name, "Origin": f"http://{name}"})
     assert response.status_code == 200
+
+
+async def test_addresses_for_other_computers_are_those_of_the_listener() -> None:
+    async with app_client(ServiceStandIn(), addresses=("https://lab:4134", "https://192.0.2.7:4134")) as client:
+        assert (await client.get("/v1/addresses")).json() == {"remote": ["https://lab:4134", "https://192.0.2.7:4134"]}
+    async with app_client(ServiceStandIn()) as client:
+        assert (await client.get("/v1/addresses")).json() == {"remote": []}

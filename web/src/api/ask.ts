@@ -1,7 +1,7 @@
 import type { Operations } from "../generated/api.ts";
 import { language } from "../words/index.ts";
 import { Refusal, refusalOf, Unreachable, type OperationName } from "../stream/stream.ts";
-import { headers } from "./session.ts";
+import { headers, token } from "./session.ts";
 import { stream } from "../state/robot.ts";
 import { leaseId } from "./lease.ts";
 
@@ -51,9 +51,9 @@ export function save(data: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-/** Carries out a request over HTTP. */
-export async function over(method: string, target: string, text = "", keepalive = false): Promise<unknown> {
-  const known = headers(language.value, leaseId.value);
+/** Carries out a request over HTTP, by default with the token of this tab. */
+export async function over(method: string, target: string, text = "", keepalive = false, shown = token.value): Promise<unknown> {
+  const known = headers(language.value, shown === token.value ? leaseId.value : "", shown);
   if (text) known["Content-Type"] = "application/json";
   const answer = await fetched(target, { method, headers: known, keepalive, ...(text ? { body: text } : {}) });
   return await answer.json();

@@ -11,10 +11,10 @@ export function keepToken(value: string): void {
   else sessionStorage.removeItem(KEY);
 }
 
-/** Returns the headers of a request over HTTP. */
-export function headers(language: string, lease = ""): Record<string, string> {
+/** Returns the headers of a request over HTTP, by default with the token of this tab. */
+export function headers(language: string, lease = "", shown = token.value): Record<string, string> {
   const found: Record<string, string> = { "Accept-Language": language };
-  if (token.value) found["Authorization"] = `Bearer ${token.value}`;
+  if (shown) found["Authorization"] = `Bearer ${shown}`;
   if (lease) found["Maya-Lease"] = lease;
   return found;
 }

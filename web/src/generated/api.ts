@@ -9,6 +9,10 @@ export interface ActiveFault {
   seconds: number | null;
 }
 
+export interface Addresses {
+  remote: (string)[];
+}
+
 export interface Again {
   from_step?: number | null;
 }
@@ -1029,6 +1033,7 @@ export type ZoneRequest = BoxConfigRequest | CylinderConfigRequest | HalfSpaceCo
 export interface Operations {
   "GET /v1/health": { body: undefined; answer: Health };
   "GET /v1/ready": { body: undefined; answer: Readiness };
+  "GET /v1/addresses": { body: undefined; answer: Addresses };
   "GET /metrics": { body: undefined; answer: undefined };
   "GET /v1/openapi.json": { body: undefined; answer: Record<string, unknown> };
   "GET /v1/status": { body: undefined; answer: Status };

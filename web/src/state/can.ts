@@ -39,7 +39,7 @@ export async function refresh(): Promise<void> {
     looking.value = false;
     if (again) {
       again = false;
-      void refresh();
+      if (connection.value === "live") void refresh();
     }
   }
 }
@@ -54,7 +54,7 @@ watch(
     () => state.value?.gripper_closed,
     () => queue.value?.mode,
     () => queue.value?.running?.id,
-    () => events.value.at(-1)?.kind === "lease" && events.value.at(-1)?.seq,
+    () => events.value.findLast((one) => one.kind === "lease")?.seq,
   ],
   () => connection.value === "live" && void refresh(),
 );

@@ -50,6 +50,9 @@ type Waiting = { resolve: (answer: Message) => void; reject: (error: Error) => v
 export const RATE = 20;
 export const HIDDEN_RATE = 1;
 
+/** A connection that is not made within this time is given up and tried again [ms]. */
+export const OPENING = 5_000;
+
 /** The service sends at least a state every 10 s; a stream that is silent for longer is dead [ms]. */
 export const SILENCE = 12_000;
 
@@ -99,13 +102,13 @@ export class Stream {
     this.socket?.close(1000);
   }
 
-  /** Connects again now, for example with another token. */
+  /** Connects again now, for example with another token. The present connection ends without a call of `lost`. */
   reopen(): void {
     clearTimeout(this.retry);
     this.delay = FIRST_DELAY;
     this.wanted = true;
-    if (this.socket !== null) this.socket.close(1000);
-    else this.connect();
+    this.leave();
+    this.connect();
   }
 
   /** Changes the rate of states [Hz]. */
@@ -146,6 +149,7 @@ export class Stream {
     this.socket = socket;
     this.greeted = false;
     this.refusal = null;
+    this.listen(OPENING);
     socket.onopen = () => {
       const token = this.token();
       socket.send(JSON.stringify(token ? { type: "hello", token, protocol: 1 } : { type: "hello", protocol: 1 }));
@@ -155,27 +159,39 @@ export class Stream {
     socket.onclose = (end) => this.ended(end.code);
   }
 
-  private listen(): void {
+  private listen(patience = SILENCE): void {
     clearTimeout(this.silence);
-    this.silence = setTimeout(() => this.cut(), SILENCE);
+    this.silence = setTimeout(() => this.cut(), patience);
   }
 
-  /** Gives a dead connection up without waiting for its closing handshake. */
+  /** Gives a dead connection up. */
   private cut(): void {
-    const socket = this.socket;
-    if (socket === null) return;
-    socket.onclose = null;
-    socket.onmessage = null;
-    socket.close();
+    this.leave();
     this.ended(1006);
   }
 
-  private ended(code: number): void {
+  /** Leaves the connection without waiting for its closing handshake. */
+  private leave(): void {
+    const socket = this.socket;
+    if (socket !== null) {
+      socket.onopen = null;
+      socket.onmessage = null;
+      socket.onclose = null;
+      socket.close(1000);
+    }
+    this.forget();
+  }
+
+  private forget(): void {
     clearTimeout(this.silence);
     this.socket = null;
     this.greeted = false;
     for (const one of this.waiting.values()) one.reject(new Unreachable());
     this.waiting.clear();
+  }
+
+  private ended(code: number): void {
+    this.forget();
     this.heard.lost(code, this.refusal);
     const final = code === 4101; // the token is not valid: the page asks for another one
     if (!this.wanted || final) return;

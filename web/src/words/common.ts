@@ -11,6 +11,7 @@ export const COMMON = words({
   workshop: ["Workshop", "Taller"],
   people: ["People", "Personas"],
   robots: ["Robots", "Robots"],
+  help: ["Help", "Ayuda"],
   pages: ["Pages", "Páginas"],
   skip: ["Go to the content", "Ir al contenido"],
   twin: ["Twin", "Gemelo"],

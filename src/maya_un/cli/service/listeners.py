@@ -67,6 +67,21 @@ class RemoteAccess(NamedTuple):
             tls = tls_of(Path(self.certificate), Path(self.key))
         return far_socket(host, port, tls, self._connections())
 
+    def addresses(self, listener: ListeningSocket | None) -> tuple[str, ...]:
+        """Return the URLs at which other computers reach `listener`, the best one first; none without a listener.
+
+        A certificate usually holds the name of this computer; without one, an IP address works on more networks.
+        """
+        if self.listen is None or listener is None:
+            return ()
+        host, _ = host_and_port(self.listen)
+        scheme, _, rest = listener.url.partition("://")
+        port = rest.rpartition(":")[2]
+        name = socket.gethostname().lower()
+        numbers = _own_address()
+        hosts = [host] if host not in _ANYWHERE else [*numbers, name] if listener.tls is None else [name, *numbers]
+        return tuple(f"{scheme}://{f'[{one}]' if ':' in one else one}:{port}" for one in hosts)
+
     def edge(self) -> OriginPolicy:
         """Return the origin policy of the listeners; raises `InvalidValue`."""
         origins = frozenset(map(origin_of, self.origins))
@@ -81,6 +96,20 @@ class RemoteAccess(NamedTuple):
     def _connections(self) -> int:
         """Return the number of connections per address: all of its pages may load at the same time."""
         return REMOTE_CONNECTIONS_EACH if self.clients == CLIENTS_EACH else BROWSER_CONNECTIONS * self.clients
+
+
+_DOCUMENTATION = ("192.0.2.1", 9)
+"""An address that no computer has (RFC 5737). Nothing is sent to it."""
+
+
+def _own_address() -> tuple[str, ...]:
+    """Return the IP address of the interface that leads to other networks, none without such an interface."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_DOCUMENTATION)  # selects an interface, and sends no packet
+        except OSError:
+            return ()
+        return (str(probe.getsockname()[0]),)
 
 
 def require_users(*, kept: bool, listen: str | None) -> None:

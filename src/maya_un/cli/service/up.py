@@ -36,6 +36,7 @@ from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.recordings.recordings import store
+from maya_un.cli.service.browser import show_page
 from maya_un.cli.service.listeners import RemoteAccess, require_users, rosbridge_at, url_of
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
@@ -106,6 +107,7 @@ def _data(greeting: StartupBanner, language: str) -> dict[str, object]:
 
 
 def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
+    yield translate("Dashboard: {url}", language, url=greeting.url)
     yield translate(
         "Maya is up on {address}, clock × {speed:g}. Service: {url}",
         language,
@@ -283,7 +285,8 @@ class UpOptions(NamedTuple):
 
     `journal` is the file of the queue, "memory" for none, None for the default file; with `finish`, the running step is
     finished before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the
-    controller from another program that owns it. `coms` also starts `maya coms`, which needs that endpoint.
+    controller from another program that owns it. `coms` also starts `maya coms`, which needs that endpoint. `show`
+    opens the dashboard in the default browser.
     """
 
     address: str = SIM
@@ -298,6 +301,7 @@ class UpOptions(NamedTuple):
     rosbridge: int | None = None
     take_over: bool = False
     coms: bool = False
+    show: bool = False
 
 
 class _Robot(NamedTuple):
@@ -381,7 +385,8 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         running.controller.tap(metrics.timer(robot.speed))
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         bridge = _bridge(running, settings)
-        app = create_app(bridge, options.remote.edge(), metrics)
+        addresses = options.remote.addresses(listeners.far)
+        app = create_app(bridge, options.remote.edge(), metrics, addresses)
         add_dashboard(app)
         ending = ShutdownRequest(finish=options.finish)
         far = () if listeners.far is None else (listeners.far,)
@@ -392,6 +397,8 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
                 runtime.publish(runtime.Running(url, os.getpid(), controller))
                 greet(_greeting(running, robot, url, listeners, refusal), settings)
                 tell("READY=1")
+                if options.show:
+                    show_page(url, partial(_not_shown, url, settings))
                 await ending.asked.wait()
                 tell("STOPPING=1")
                 await brought_to_rest(running, ending, settings)
@@ -456,6 +463,11 @@ def _configured(config: Config, speed: float) -> Config:
     from maya_un.edges import edge
 
     return edge("rosbridge").configured(config, speed)
+
+
+def _not_shown(url: str, settings: OutputSettings) -> None:
+    if not settings.json:
+        output.say(translate("No browser opens on this computer. Open {url} yourself.", settings.language, url=url))
 
 
 def _greeting(running: Stack, robot: _Robot, url: str, at: _UpListeners, refusal: MayaError | None) -> StartupBanner:

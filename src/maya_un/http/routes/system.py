@@ -44,6 +44,7 @@ from maya_un.schema.people import AuditLine
 from maya_un.schema.previews import NearestLimits
 from maya_un.schema.recordings import RecordedStates
 from maya_un.schema.robot import (
+    Addresses,
     EventMessage,
     Health,
     Kept,
@@ -392,6 +393,15 @@ def add_system(routes: Routes) -> None:
         """
         found = await readiness(request.app.state.bridge, language_of(request.headers))
         return answer(found, 200 if found.ready else 503)
+
+    @routes.add("GET", "/v1/addresses", Operation.READ, tag=_SYSTEM, gives=Addresses, client="addresses")
+    async def addresses(request: Request, ask: Ask) -> Response:
+        """Return the URLs at which other computers reach this service."""
+
+        async def found(_service: Service) -> Addresses:
+            return Addresses(request.app.state.addresses)
+
+        return answer(await ask(found))
 
     @routes.add("GET", "/metrics", Operation.READ, tag=_SYSTEM, gives=str, media=CONTENT_TYPE)
     async def prometheus(request: Request, ask: Ask) -> Response:

@@ -1,0 +1,17 @@
+import { ref } from "vue";
+
+const KEY = "maya.tour";
+
+/** The number of the card that is shown, null for none. */
+export const card = ref<number | null>(null);
+
+export function startTour(): void {
+  card.value = 0;
+}
+
+/** Starts the tour on the first visit of this browser. */
+export function offerTour(): void {
+  if (localStorage.getItem(KEY) !== null) return;
+  localStorage.setItem(KEY, "shown");
+  startTour();
+}
