@@ -1,7 +1,7 @@
+import { table } from "../state/robot.ts";
 import { computed, reactive } from "vue";
 import type { Point, Step, Task } from "../generated/api.ts";
 import { cellOf, pallets, poses } from "../state/places.ts";
-import { table } from "../state/table.ts";
 import type { PRIMITIVES } from "../words/drive.ts";
 
 export type PrimitiveName = keyof typeof PRIMITIVES;

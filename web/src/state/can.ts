@@ -1,13 +1,11 @@
 import { computed, ref, shallowRef, watch } from "vue";
 import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
-import type { Action, LeaseView, Me, Notice, Status } from "../generated/api.ts";
+import type { Action, LeaseView, Me, Status } from "../generated/api.ts";
 import { translated } from "../words/errors.ts";
 import { language } from "../words/index.ts";
-import { connection, events, queue, state } from "./robot.ts";
+import { can, connection, events, queue, state } from "./robot.ts";
 
-/** Which actions this person may do now: null, or the reason why not. Empty until the service has told it. */
-export const can = shallowRef<Partial<Record<Action, Notice | null>>>({});
 export const me = shallowRef<Me | null>(null);
 export const lease = shallowRef<LeaseView | null>(null);
 export const status = shallowRef<Status | null>(null);
@@ -15,7 +13,7 @@ export const status = shallowRef<Status | null>(null);
 const looking = ref(false);
 let again = false;
 
-/** Reads the rights again; calls that come while it reads are answered by one more reading. */
+/** Reads again who this person is and who drives; calls that come while it reads are answered by one more reading. */
 export async function refresh(): Promise<void> {
   if (looking.value) {
     again = true;
@@ -23,13 +21,11 @@ export async function refresh(): Promise<void> {
   }
   looking.value = true;
   try {
-    const [permissions, caller, holder, now] = await Promise.all([
-      ask("GET /v1/me/can"),
+    const [caller, holder, now] = await Promise.all([
       ask("GET /v1/me"),
       ask("GET /v1/lease"),
       ask("GET /v1/status"),
     ]);
-    can.value = permissions.actions as typeof can.value;
     me.value = caller;
     lease.value = holder;
     status.value = now;
@@ -51,7 +47,6 @@ watch(
     language,
     () => state.value?.mode,
     () => state.value?.homed,
-    () => state.value?.gripper_closed,
     () => queue.value?.mode,
     () => queue.value?.running?.id,
     () => events.value.findLast((one) => one.kind === "lease")?.seq,
@@ -61,7 +56,7 @@ watch(
 
 /** Returns why an action is not possible now, "" if it is. */
 export function whyNot(action: Action): string {
-  const notice = can.value[action];
+  const notice = can.value?.actions[action];
   return notice ? translated(notice.code, notice.message) : "";
 }
 

@@ -1,7 +1,7 @@
 import { computed, ref, shallowRef } from "vue";
 import { dropLease } from "../api/lease.ts";
 import { keepToken, token } from "../api/session.ts";
-import type { EventMessage, LinkView, MotionView, NearestLimits, QueueView, Signals, State, Topics } from "../generated/api.ts";
+import type { EventMessage, LinkView, MotionView, NearestLimits, Permissions, Point, QueueView, Signals, State, TableView, Topics } from "../generated/api.ts";
 import { HIDDEN_RATE, RATE, Stream, type Hello } from "../stream/stream.ts";
 
 /** Everything here has one writer, the stream. Objects are shallow: they are replaced, never changed. */
@@ -11,6 +11,9 @@ export const motion = shallowRef<MotionView | null>(null);
 export const link = shallowRef<LinkView | null>(null);
 export const signals = shallowRef<Signals | null>(null);
 export const margins = shallowRef<NearestLimits | null>(null);
+/** Which actions this person may do now, and why not the others. */
+export const can = shallowRef<Permissions | null>(null);
+const tableView = shallowRef<TableView | null>(null);
 export const hello = shallowRef<Hello | null>(null);
 
 /** The newest events, newest last, at most `MOST_EVENTS`. */
@@ -32,7 +35,10 @@ export function onState(reader: (state: State | null) => void): () => void {
   return () => stateReaders.delete(reader);
 }
 
-const TARGETS = { queue, motion, link, signals, margins } as const;
+const TARGETS = { queue, motion, link, signals, margins, table: tableView, can } as const;
+
+/** The places of the parts on the table by name [m]; null in the gripper, and where the place is unknown. */
+export const table = computed<Record<string, Point | null>>(() => tableView.value?.parts ?? {});
 
 function url(): string {
   return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/v1/stream`;
