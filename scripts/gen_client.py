@@ -143,8 +143,8 @@ def _type(hint: Any) -> str:
         return " | ".join(_type(one) for one in inner)
     if origin is list:
         return "Sequence[str]" if _is_enum(inner[0]) else f"Sequence[{_type(inner[0])}]"
-    if origin is tuple:
-        return f"tuple[{', '.join(_type(one) for one in inner)}]"
+    if origin in {dict, tuple}:
+        return f"{'Mapping' if origin is dict else 'tuple'}[{', '.join(_type(one) for one in inner)}]"
     return "None" if hint is NoneType else hint.__name__
 
 
@@ -282,7 +282,8 @@ def requests() -> Iterator[str]:
     yield f"from typing import TYPE_CHECKING, {', '.join(typing)}\n\n"
     names = [name for name in ("DATA", "NOTHING", "Answer", "Request", "changed", "quoted") if f"{name}" in source]
     yield f"from maya_un.client.request import {', '.join(names)}\n\nif TYPE_CHECKING:\n"
-    yield "    from collections.abc import Sequence\n\n"
+    abstract = [name for name in ("Mapping", "Sequence") if f"{name}[" in source]
+    yield f"    from collections.abc import {', '.join(abstract)}\n\n"
     for module in sorted(set(imports.values())):
         yield f"    from {module} import {', '.join(sorted(one for one in imports if imports[one] == module))}\n"
     yield source

@@ -180,7 +180,8 @@ def faults_page() -> str:
 def _fault_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Faults on demand\n"
     yield "Inject these faults into a virtual controller with `maya dmc fault NAME PARAMETER=VALUE...`, or in a test"
-    yield "with the block of the same name in `maya_un.testing.faults`. [How](../how-to/make-the-twin-fail.md)."
+    yield "with the block of the same name in `maya_un.testing.faults`. `PUT /v1/twin/faults/NAME` injects one into"
+    yield "the twin of `maya up`. [How](../how-to/make-the-twin-fail.md)."
     for fault in faults.TABLE:
         yield f"\n## {fault.name}\n\n{fault.words}"
         if fault.end is None:

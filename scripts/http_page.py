@@ -107,7 +107,7 @@ LOG = """
 The file `maya.log` in the state folder has one JSON object per line: for each event of the robot (without phases and
 single motions), and for each request that changed something or was refused: `time` (UTC), `level`, `logger`,
 `message`, `request`, `method`, `path`, `status`, `code`, `who`, `source`, `seconds`. Internal errors have a
-`traceback`. The file has at most 5 MB; four older files stay beside it. `maya logs` reads it.
+`traceback`. The file has at most 5 MB; four older files stay beside it. `maya logs` and `GET /v1/logs` read it.
 
 ## Metrics
 
@@ -130,6 +130,9 @@ TITLES = {
     "oneself": "Session",
     "users": "Users and tokens",
     "recordings": "Recordings",
+    "diagnosis": "Diagnosis",
+    "calibration": "Calibration",
+    "twin": "Faults of the twin",
     "keeping": "For administrators",
     "server": "The server",
 }

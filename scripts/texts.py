@@ -1,9 +1,9 @@
 """Extracts the texts of the packages from the code, updates the Spanish catalogues, and compiles them.
 
 These are texts: the first argument of `translate` or `marked`, the second of `reword`, the sentence `en` of a class, a
-row of a table, the words that the type of an error's detail lists, and the title and first comment of an example. With
---check it writes nothing and returns 1 if a catalogue lacks a translation, holds an obsolete or fuzzy one, has other
-placeholders than the English text, or is not compiled.
+row of a table, the words that the type of an error's detail lists, the title and first comment of an example, and the
+meaning of a setting. With --check it writes nothing and returns 1 if a catalogue lacks a translation, holds an obsolete
+or fuzzy one, has other placeholders than the English text, or is not compiled.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
 
 from dmc41x3.i18n import LANGUAGES
-from maya_un.cli.doctor.finding import Finding
+from maya_un.config import Config
+from maya_un.config.settings import sections, settings
 from maya_un.errors import by_code
+from maya_un.http.doctor.finding import Finding
 from maya_un.process.spec.examples import EXAMPLES, title_and_description
 
 SOURCE = Path(__file__).resolve().parent.parent / "src"
@@ -104,7 +106,7 @@ def compiled(catalogue: Catalog) -> bytes:
 def extracted(package: str) -> Catalog:
     """Return the texts of a package, each with the files that it stands in."""
     catalogue = Catalog(charset="utf-8")
-    for text in [*texts(SOURCE / package), *detail_words(package), *example_texts(package)]:
+    for text in [*texts(SOURCE / package), *detail_words(package), *example_texts(package), *config_texts(package)]:
         catalogue.add(text.english, context=text.context or None, locations=[(text.file, 1)])
     return catalogue
 
@@ -159,6 +161,13 @@ def example_texts(package: str) -> Iterator[Text]:
     for path in sorted((SOURCE / package / EXAMPLES.name).glob("*.yaml")):
         file = path.relative_to(SOURCE).as_posix()
         yield from (Text(english, "", file) for english in title_and_description(path))
+
+
+def config_texts(package: str) -> Iterator[Text]:
+    """Yield the meanings of the sections and settings of the configuration of Maya."""
+    if package == Config.__module__.partition(".")[0]:
+        file = Config.__module__.replace(".", "/") + ".py"
+        yield from (Text(one.meaning, "", file) for one in (*sections(), *settings()))
 
 
 def _words(kind: Any) -> list[str]:

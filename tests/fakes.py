@@ -8,16 +8,16 @@ from dataclasses import replace
 
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
-from maya_un.controller.planner import Planner
+from maya_un.controller.planner import Planner, name_of
 from maya_un.controller.protocol import Inspection, OnVia, Preview
-from maya_un.errors import Busy, MayaError, Stopped
+from maya_un.errors import Busy, MayaError, NotOverRos, Stopped
 from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone, OutputCleared, OutputSet
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion import Path, Route
 from maya_un.schema.robot import Jogged, LinkView
-from maya_un.values import Joints, Mode, Notice, Progress, State, StopReport
+from maya_un.values import JogDirection, Joints, Mode, Notice, Progress, State, StopReport
 from tests.virtual_time import elapse
 
 HOMING_TIME = 60.0
@@ -88,6 +88,10 @@ class FakeController:
     def signals(self) -> None:
         """Nothing: another node has them."""
 
+    async def interrogate(self, command: str) -> str:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="terminal")
+
     def link(self, speed: float) -> LinkView:
         """Return whether the controller is connected; the quality of the link is known to its node alone."""
         return LinkView(self.state.mode is not Mode.DISCONNECTED)
@@ -128,12 +132,16 @@ class FakeController:
             for timer in timers:
                 timer.cancel()
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+    async def jog_speed(self, speed: float) -> bool:
+        """Nothing to scale."""
+        return False
+
+    async def jog(self, axis: JogDirection, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Take a second; with `clip` a way of ten centimetres at most is possible, within the limit "fake"."""
         await self._take("jog", (axis, distance, speed, clip), 1.0)
         if clip and abs(distance) > 0.1:
-            return Jogged(axis, 0.1 if distance > 0.0 else -0.1, "fake", "it would come too far")
-        return Jogged(axis, distance)
+            return Jogged(name_of(axis), 0.1 if distance > 0.0 else -0.1, "fake", "it would come too far")
+        return Jogged(name_of(axis), distance)
 
     async def gripper(self, open_: bool) -> None:
         """Take the settle time."""

@@ -122,6 +122,9 @@ class Watched:
         """Return the motion under way: there is none."""
         self.looks += 1
 
+    def next_step(self) -> None:
+        """Return the next step: there is none."""
+
     def signals(self) -> None:
         """Return the signals: there are none."""
 

@@ -32,6 +32,7 @@ from maya_un.service import previews
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.users import Calendar, FileStore, Store
 from maya_un.service.service import Gate, Service, TwinParts
+from maya_un.service.twin import FaultInjector
 from maya_un.values import Point
 from maya_un.workers import ComputeLimits, Workers, WorkerSet
 
@@ -58,6 +59,13 @@ class Twin:
     def parts(self) -> dict[str, Point]:
         """Present positions of the parts, by their grasp points [m]."""
         return {name: Point(*place) for name, place in self.mechanics.parts.items()}
+
+    @property
+    def faults(self) -> FaultInjector:
+        """The faults of the controller."""
+        from maya_un.machine.faults import TwinFaultInjector  # noqa: PLC0415
+
+        return TwinFaultInjector(self.controller.faults)
 
     @property
     def carried(self) -> str | None:
@@ -146,6 +154,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     take_over: bool = False,
     speed: float = 1.0,
     places: Path | None = None,
+    config_file: Path | None = None,
     journal: Journal | None = None,
     calendar: Calendar | None = None,
     users: Store | None = None,
@@ -155,7 +164,8 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
 
     `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
-    stores taught places; without one they last as long as the stack. `journal` stores the queue and its history, the
+    stores taught places; without one they last as long as the stack. Points of a calibration are stored beside it.
+    Clients change `config_file` for the next start, if it is given. `journal` stores the queue and its history, the
     events and the audit log; its opener closes it. Its unfinished jobs wait for a user. `calendar` returns dates,
     `users` stores who may sign in. If `recordings` is given, a live stack is recorded. With a `staff` no motion is
     planned in the running loop. A controller that another program owns is refused; with `take_over` it is claimed at
@@ -186,12 +196,14 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
             address=below.address,
             speed=speed,
             places=places,
+            config_file=config_file,
             journal=journal,
             calendar=calendar,
             users=users,
             recorder=below.recorder,
             staff=staff,
             twin=below.twin,
+            faults=None if below.twin is None else below.twin.faults,
         ) as above:
             yield Stack(
                 above.process,
@@ -256,17 +268,20 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
     address: str = SIM,
     speed: float = 1.0,
     places: Path | None = None,
+    config_file: Path | None = None,
     journal: Journal | None = None,
     calendar: Calendar | None = None,
     users: Store | None = None,
     recorder: Recorder | None = None,
     staff: WorkerSet | None = None,
     twin: TwinParts | None = None,
+    faults: FaultInjector | None = None,
 ) -> AsyncIterator[ProcessAssembly]:
     """Connect the process layer and its service to any robot and controller for the length of the block.
 
-    They may run in this process or at the other end of a graph. `twin` has the parts of a twin in this process. The
-    other parameters are as in `stack`. Raises `StorageFailed` if the journal's unfinished jobs cannot be restored.
+    They may run in this process or at the other end of a graph. `twin` has the parts of a twin in this process, and
+    `faults` injects its faults. The other parameters are as in `stack`. Raises `StorageFailed` if the journal's
+    unfinished jobs cannot be restored.
     """
     book = PoseStore(controller.mechanism, places)
     lease = ControlLease(controller.events, speed)
@@ -299,6 +314,9 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             recorder=recorder,
             workers=None if staff is None else staff.people,
             twin=twin,
+            config_file=config_file,
+            faults=faults,
+            measured_points=None if places is None else places.with_name("calibration.csv"),
         )
         gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
         yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)

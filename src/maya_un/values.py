@@ -16,6 +16,9 @@ AXES = ("a", "b", "c")
 JOG_AXES = (*AXES, "x", "y", "z", "r")
 """Directions of a jog: a joint, or the gripper along x, y, z or r, outward along the boom."""
 
+JogDirection = str | tuple[float, float, float]
+"""The direction of a jog: one of `JOG_AXES`, or a unit vector in which the gripper goes straight."""
+
 
 FARTHEST = 1e4
 """Coordinates beyond this (rad, m) are refused everywhere, because no robot reaches them."""

@@ -40,7 +40,7 @@ from maya_un.events import (
 from maya_un.motion.path import Path
 from maya_un.testing import faults
 from maya_un.testing.rig import Rig
-from maya_un.values import Joints, Mode, Point
+from maya_un.values import JogDirection, Joints, Mode, Point
 from tests.calm import CALM
 from tests.graphs import bench_of, controller_node, seen_from
 from tests.unit.controller.bench import FAR, HERE
@@ -163,10 +163,11 @@ async def test_half_the_speed_takes_the_time_of_half_the_speed(where: str) -> No
         assert asyncio.get_running_loop().time() - began == pytest.approx(preview.duration, rel=0.01, abs=0.8)
 
 
+@pytest.mark.parametrize("axis", ["z", (0.0, 0.0, 1.0)])
 @pytest.mark.parametrize("where", WHERE)
-async def test_jog_goes_to_the_edge_of_the_workspace_and_names_the_limit(where: str) -> None:
+async def test_jog_goes_to_the_edge_of_the_workspace_and_names_the_limit(where: str, axis: JogDirection) -> None:
     async with held(where) as robot:
-        gone = await robot.controller.jog("z", 3.0, clip=True)
+        gone = await robot.controller.jog(axis, 3.0, clip=True)
         assert gone.limit
         assert 0.0 < gone.distance < 3.0
         point = robot.controller.state.point

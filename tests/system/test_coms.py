@@ -16,10 +16,10 @@ import paho.mqtt.client as mqtt
 import pytest
 from paho.mqtt.enums import CallbackAPIVersion
 
-from maya_un.cli.doctor import host
-from maya_un.cli.doctor.finding import FindingOutcome
 from maya_un.config.files import parse
 from maya_un.errors import NotHomed, SessionTakenOver, WrongRobot
+from maya_un.http.doctor import host
+from maya_un.schema.diagnosis import FindingOutcome
 from maya_un.supervisor import Supervisor as Supervising
 from tests.system.brokers import Broker, broker, disconnect
 from tests.system.processes import CALM, Process, running

@@ -14,10 +14,10 @@ from typing import Any
 
 import pytest
 
-from maya_un.cli.doctor import host
-from maya_un.cli.doctor.finding import FindingOutcome
 from maya_un.config.files import parse
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere
+from maya_un.http.doctor import host
+from maya_un.schema.diagnosis import FindingOutcome
 from tests.system.processes import CALM, Process, running
 from tests.system.rtdb.server import RealtimeDatabase, realtime_database
 from tests.system.test_coms import call, supervisors_of, url_in

@@ -59,6 +59,9 @@ TABLE: dict[str, Asked] = {
     "GET /metrics": _READ,
     "GET /v1/status": _READ,
     "GET /v1/config": _READ,
+    "GET /v1/config/schema": _READ,
+    "POST /v1/config/check": for_(Operation.READ, body={"settings": {}}),
+    "PUT /v1/config": for_(Operation.CONFIGURE, body={"settings": {}}),
     "GET /v1/reach?x=0.5&y=1.2&z=0.4": _READ,
     "GET /v1/fk?a=0.4&b=1.5&c=1.6": _READ,
     "GET /v1/ik?x=0.5&y=1.2&z=0.4": _READ,
@@ -124,6 +127,19 @@ TABLE: dict[str, Asked] = {
     "DELETE /v1/zones/{name}": for_(Operation.ZONES),
     "POST /v1/recordings": for_(Operation.RECORD),
     "GET /v1/recordings/{name}": for_(Operation.RECORD),
+    "GET /v1/logs?level=error&limit=3": for_(Operation.DIAGNOSE),
+    "GET /v1/doctor": for_(Operation.DIAGNOSE),
+    "GET /v1/calibration": _READ,
+    "DELETE /v1/calibration": for_(Operation.CALIBRATE),
+    "POST /v1/calibration/points": for_(Operation.CALIBRATE, body={"point": [0.5, 1.2, 0.4]}),
+    "DELETE /v1/calibration/points/{row}": for_(Operation.CALIBRATE),
+    "POST /v1/calibration/fit": for_(Operation.CALIBRATE, body={"hold": ["delta"]}),
+    "GET /v1/twin/faults": _READ,
+    "PUT /v1/twin/faults/{name}": for_(Operation.INJECT, body={"seconds": 1.0}),
+    "DELETE /v1/twin/faults/{name}": for_(Operation.INJECT),
+    "DELETE /v1/twin/faults": for_(Operation.INJECT),
+    "POST /v1/terminal": for_(Operation.TERMINAL, body={"command": "TP"}),
+    "GET /v1/scope?seconds=2&signal=a": _READ,
     "GET /v1/audit": for_(Operation.AUDIT),
     "POST /v1/backup": for_(Operation.BACKUP),
     "GET /v1/users": for_(Operation.USERS),
@@ -242,7 +258,7 @@ def own(role_client: RoleClient, request: str, who: str) -> str:
     job = 1
     if "{job}" in request and who not in PEOPLE[:2]:
         job = role_client.must("POST /v1/jobs?held=true", _JOB, role_client.robot.headers(who))["id"]
-    return request.format(job=job, name=name, token="no-such-token")
+    return request.format(job=job, name=name, row=1, token="no-such-token")
 
 
 def expected(operations: tuple[Operation, ...], who: str, lease: str) -> set[int]:

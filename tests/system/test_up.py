@@ -16,6 +16,7 @@ from urllib.parse import urlsplit
 import pytest
 
 from maya_un import runtime
+from tests.calm import CALM_FILE
 from tests.system.processes import CALM, done, running
 
 pytestmark = pytest.mark.system
@@ -148,6 +149,26 @@ def test_a_queue_in_memory_is_gone_with_it(job: str, tmp_path: Path) -> None:
         assert done("down")[0] == 0
         assert up.end()[0] == 0
     assert not (tmp_path / "state" / "maya" / "maya.db").exists()
+
+
+def test_written_configuration_is_in_force_at_the_next_start(tmp_path: Path) -> None:
+    file = tmp_path / "machine.toml"
+    calm = CALM_FILE.read_text(encoding="utf-8")
+    file.write_text(f"{calm}\n[geometry]\nheight = 2.34 # measured\n", encoding="utf-8")
+    up_line = f"up --port 0 --config {file}"
+    with running(up_line) as up:
+        up.until("maya home")
+        status, check = ask("PUT /v1/config", {"settings": {"geometry": {"height": 2.36}}})
+        assert (status, check["from_now"]) == (200, [{"name": "geometry.height", "before": 2.34, "after": 2.36}])
+        assert ask("GET /v1/config")[1]["geometry"]["height"] == 2.34
+        assert done("down")[0] == 0
+        assert up.end()[0] == 0
+    assert "height = 2.36 # measured" in file.read_text(encoding="utf-8")
+    with running(up_line) as up:
+        up.until("maya home")
+        assert ask("GET /v1/config")[1]["geometry"]["height"] == 2.36
+        assert "configure" in [line["operation"] for line in ask("GET /v1/audit")[1]]
+        assert ask("GET /v1/examples")[1][0]["name"] == "01_pick_and_place"
 
 
 def test_one_file_has_one_queue(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -429,3 +429,21 @@ def test_output_is_named_once() -> None:
 def test_the_output_of_the_gripper_is_not_one_for_primitives() -> None:
     with pytest.raises(InvalidConfig, match="it is the output of the gripper"):
         parse({"controller": {"outputs": [4, 2]}, "gripper": {"output": 4}})
+
+
+@pytest.mark.parametrize("url", ["", "http://10.0.0.7:8080", "https://cam.lab.example/stream?size=640&fps=5"])
+def test_address_of_a_camera_is_accepted(url: str) -> None:
+    assert parse({"camera": {"url": url}}).camera.url == url
+
+
+@pytest.mark.parametrize(
+    "url",
+    [
+        *("cam", "a", "ftp://cam", "javascript:alert(1)", "http://", "http://me:secret@cam/", "http://cam/ x"),
+        *("http://cam/\n", "http://cam;script-src *", "http://cam/'", "http://cam/" + "x" * 500),
+    ],
+)
+def test_other_address_of_a_camera_is_refused(url: str) -> None:
+    with pytest.raises(InvalidConfig) as caught:
+        parse({"camera": {"url": url}})
+    assert caught.value.details["key"] == "camera.url"

@@ -24,7 +24,7 @@ from maya_un.motion.path import Route
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import OnPhase
 from maya_un.schema.jobs import QueueMode, QueueView
-from maya_un.service.access.operations import Operation
+from maya_un.service.access.operations import LOCAL, Operation
 from maya_un.service.service import Service
 from maya_un.values import Joints, Progress, State, StopReport
 
@@ -52,7 +52,7 @@ class StackEvents:
     def take(self, batch: Batch) -> None:
         """Take new events and a new state of the queue."""
         if QUEUE in batch.values:
-            self.view = cast("QueueView", batch.values[QUEUE])
+            self.view = cast("QueueView", batch.values[QUEUE][LOCAL])
         for event in batch.events:
             for listener in tuple(self._listeners):
                 listener(event)
@@ -73,7 +73,7 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
         loop.call_soon_threadsafe(echo.take, batch)
 
     tap = StreamSource(service, hand_over, speed)
-    tap.topics[QUEUE].wanted = True
+    tap.topics[QUEUE].wanted = frozenset({LOCAL})
     tapping = loop.create_task(bridge.within(lambda: tap.run(last)), name="tap of the graph")
     try:
         yield echo

@@ -23,14 +23,18 @@ def configuration(settings: OutputSettings) -> Config:
     return load(None if settings.config is None else Path(settings.config))
 
 
+def config_file(settings: OutputSettings) -> Path:
+    """Return the path of the configuration file, which may not exist."""
+    return default_path() if settings.config is None else Path(settings.config)
+
+
 def taught_places(settings: OutputSettings) -> Path:
     """Return the path of the file of taught places: `poses.toml` beside the configuration file, which may not exist."""
-    return (default_path() if settings.config is None else Path(settings.config)).with_name("poses.toml")
+    return config_file(settings).with_name("poses.toml")
 
 
 def _place(file: str | None, settings: OutputSettings) -> Path:
-    named = file or settings.config
-    return default_path() if named is None else Path(named)
+    return Path(file) if file else config_file(settings)
 
 
 def show(settings: OutputSettings) -> int:

@@ -10,21 +10,27 @@ from typing import TYPE_CHECKING, Any, Literal
 from maya_un.client.request import DATA, NOTHING, Answer, Request, changed, quoted
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from maya_un.config.model import AnyZone, Config, ZoneConfig
     from maya_un.schema.bodies import Speed
+    from maya_un.schema.calibration import CalibrationFit, CalibrationView
+    from maya_un.schema.configuration import ConfigCheck, ConfigSchema
+    from maya_un.schema.diagnosis import Diagnosis, LogEntry
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
     from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
     from maya_un.schema.previews import (
+        ExampleJob,
         JobInspection,
         JobPreview,
         JobText,
+        NearestLimits,
         ParsedJob,
         Reach,
         Reachability,
         WorkspaceShape,
     )
+    from maya_un.schema.recordings import RecordedStates, ScopeView
     from maya_un.schema.robot import (
         EventMessage,
         Health,
@@ -36,8 +42,12 @@ if TYPE_CHECKING:
         Readiness,
         Signals,
         Status,
+        SteeredJog,
         Table,
+        TableView,
+        TerminalReply,
     )
+    from maya_un.schema.twin import FaultsOfTwin
     from maya_un.values import Joints, Point, StopReport
 
 
@@ -70,13 +80,18 @@ def status() -> Request[Status]:
 
 
 def motion() -> Request[MotionView]:
-    """Return the path of the motion under way."""
+    """Return the path of the motion under way, and the step that follows the running one."""
     return Request("GET", "/v1/motion", Answer("maya_un.schema.robot", "MotionView"))
 
 
 def signals() -> Request[Signals]:
     """Return signals of the controller: following errors, motor commands, tensions, digital inputs and outputs."""
     return Request("GET", "/v1/signals", Answer("maya_un.schema.robot", "Signals"))
+
+
+def margins() -> Request[NearestLimits]:
+    """Return the limits and zones that are nearest to the robot, with their margins."""
+    return Request("GET", "/v1/margins", Answer("maya_un.schema.previews", "NearestLimits"))
 
 
 def link() -> Request[LinkView]:
@@ -104,9 +119,39 @@ def twin() -> Request[Table]:
     return Request("GET", "/v1/twin", Answer("maya_un.schema.robot", "Table"))
 
 
+def table() -> Request[TableView]:
+    """Return the parts by name with their places [m], and the part that the gripper carries.
+
+    On a real machine they are the parts of the latest job that names any.
+    """
+    return Request("GET", "/v1/table", Answer("maya_un.schema.robot", "TableView"))
+
+
 def config() -> Request[Config]:
     """Return all constants of the machine, with the zones of this run."""
     return Request("GET", "/v1/config", Answer("maya_un.config.model", "Config"))
+
+
+def config_schema() -> Request[ConfigSchema]:
+    """Return the settings of the configuration: units, ranges, defaults, and descriptions in every language."""
+    return Request("GET", "/v1/config/schema", Answer("maya_un.schema.configuration", "ConfigSchema"))
+
+
+def check_config(config: object) -> Request[ConfigCheck]:
+    """Check a configuration without writing it.
+
+    Return its mistakes, or its differences from the configuration in force and from the defaults.
+    """
+    return Request("POST", "/v1/config/check", Answer("maya_un.schema.configuration", "ConfigCheck"), body=config)
+
+
+def put_config(config: object) -> Request[ConfigCheck]:
+    """Write the configuration file, for the next start of the program.
+
+    Return its differences from the configuration in force and from the defaults. A file with mistakes is not
+    written. Comments in the file stay where single settings change.
+    """
+    return Request("PUT", "/v1/config", Answer("maya_un.schema.configuration", "ConfigCheck"), body=config)
 
 
 def reach(x: float, y: float, z: float) -> Request[Reach]:
@@ -244,6 +289,11 @@ def inspect(job: object, *, samples: int = 200) -> Request[JobInspection]:
         body=job,
         timeout=120.0,
     )
+
+
+def examples() -> Request[list[ExampleJob]]:
+    """Return the example jobs, with their title and description in every language and their text (YAML)."""
+    return Request("GET", "/v1/examples", Answer("maya_un.schema.previews", "ExampleJob", many=True))
 
 
 def parse(text: object) -> Request[ParsedJob]:
@@ -439,10 +489,25 @@ def jog_hold(axis: str, direction: int, *, speed: float = 1.0, press: str | None
     )
 
 
+def jog_vector(vector: tuple[float, float, float], *, press: str | None = None) -> Request[SteeredJog]:
+    """Jog the gripper straight along a vector for as long as this request is repeated, at least twice a second.
+
+    The length of `vector` [x, y, z], 0.01 to 1, is the share of the full speed, which may change with every request. If
+    the direction changes by more than 0.2 rad, the robot first comes to rest on its path. `press` is that of `JogHold`.
+    """
+    return Request(
+        "POST",
+        "/v1/jog",
+        Answer("maya_un.schema.robot", "SteeredJog"),
+        body={"vector": vector, "hold": True} | changed({"press": (press, None)}),
+        timeout=3600.0,
+    )
+
+
 def jog_release(press: str | None = None) -> Request[None]:
     """End the held jog, with `press` only that of this press.
 
-    `axis`, `direction` and `speed` are accepted and ignored.
+    `axis`, `direction`, `speed` and `vector` are accepted and ignored.
     """
     return Request("POST", "/v1/jog", NOTHING, body={"hold": False} | changed({"press": (press, None)}), timeout=3600.0)
 
@@ -719,6 +784,46 @@ def recording(name: str) -> Request[bytes]:
     return Request("GET", f"/v1/recordings/{quoted(name)}", bytes)
 
 
+def recorded_states(
+    name: str, *, from_: float | None = None, to: float | None = None, rate: float | None = None
+) -> Request[RecordedStates]:
+    """Return the states of a recording, with the signals of the controller, as columns.
+
+    If they are more than 20 000, it leaves out every second state, as often as necessary.
+    """
+    return Request(
+        "GET",
+        f"/v1/recordings/{quoted(name)}/states",
+        Answer("maya_un.schema.recordings", "RecordedStates"),
+        query=changed({"from": (from_, None), "to": (to, None), "rate": (rate, None)}),
+        timeout=120.0,
+    )
+
+
+def recorded_events(name: str, *, from_: float | None = None, to: float | None = None) -> Request[list[EventMessage]]:
+    """Return the events of a recording, oldest first, at most 20 000."""
+    return Request(
+        "GET",
+        f"/v1/recordings/{quoted(name)}/events",
+        Answer("maya_un.schema.robot", "EventMessage", many=True),
+        query=changed({"from": (from_, None), "to": (to, None)}),
+        timeout=120.0,
+    )
+
+
+def recorded_table(
+    name: str, *, from_: float | None = None, to: float | None = None, rate: float | None = None
+) -> Request[str]:
+    """Return the states of a recording, with the signals of the controller, as a table (CSV)."""
+    return Request(
+        "GET",
+        f"/v1/recordings/{quoted(name)}/csv",
+        str,
+        query=changed({"from": (from_, None), "to": (to, None), "rate": (rate, None)}),
+        timeout=120.0,
+    )
+
+
 def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLine]]:
     """Return the audit log, newest first. With `below`, return only rows with a lower number."""
     return Request(
@@ -732,3 +837,101 @@ def audit(*, below: int | None = None, limit: int = 100) -> Request[list[AuditLi
 def back_up() -> Request[bytes]:
     """Return a backup of the database (SQLite): the queue, its history, the users, the audit log."""
     return Request("POST", "/v1/backup", bytes, timeout=120.0)
+
+
+def logs(
+    *, since: str = "", level: Literal["debug", "info", "warning", "error", "critical"] = "info", limit: int = 100
+) -> Request[list[LogEntry]]:
+    """Return the newest entries of the log, oldest first; those of events and requests are included."""
+    return Request(
+        "GET",
+        "/v1/logs",
+        Answer("maya_un.schema.diagnosis", "LogEntry", many=True),
+        query=changed({"since": (since, ""), "level": (level, "info"), "limit": (limit, 100)}),
+    )
+
+
+def doctor() -> Request[Diagnosis]:
+    """Check the robot, the queue, the configuration and the computer; nothing moves and nothing is changed."""
+    return Request("GET", "/v1/doctor", Answer("maya_un.schema.diagnosis", "Diagnosis"), timeout=120.0)
+
+
+def interrogate(command: str) -> Request[TerminalReply]:
+    """Send the controller one command that only reads, and return its answer.
+
+    `TP A`, `KP ?`, `MG _TPA` and `speed=?` read; commands that change something are refused (4056).
+    """
+    return Request("POST", "/v1/terminal", Answer("maya_un.schema.robot", "TerminalReply"), body={"command": command})
+
+
+def scope(*, seconds: float = 20.0, rate: float = 20.0, signal: Sequence[str] = ()) -> Request[ScopeView]:
+    """Return the last seconds of the states in memory as columns, each with its unit, for plots."""
+    return Request(
+        "GET",
+        "/v1/scope",
+        Answer("maya_un.schema.recordings", "ScopeView"),
+        query=changed({"seconds": (seconds, 20.0), "rate": (rate, 20.0), "signal": (signal, ())}),
+    )
+
+
+def calibration() -> Request[CalibrationView]:
+    """Return the measured points, and the last fit to them in this run."""
+    return Request("GET", "/v1/calibration", Answer("maya_un.schema.calibration", "CalibrationView"))
+
+
+def clear_calibration() -> Request[CalibrationView]:
+    """Remove all measured points; their file is kept with the ending .old."""
+    return Request("DELETE", "/v1/calibration", Answer("maya_un.schema.calibration", "CalibrationView"))
+
+
+def add_calibration_point(point: tuple[float, float, float]) -> Request[CalibrationView]:
+    """Add a point that you have measured at the present position of the robot; the robot is homed and at rest."""
+    return Request(
+        "POST", "/v1/calibration/points", Answer("maya_un.schema.calibration", "CalibrationView"), body={"point": point}
+    )
+
+
+def remove_calibration_point(row: int) -> Request[CalibrationView]:
+    """Remove a measured point; the rows of the others stay."""
+    return Request("DELETE", f"/v1/calibration/points/{row}", Answer("maya_un.schema.calibration", "CalibrationView"))
+
+
+def fit_calibration(hold: Sequence[str] | None = None) -> Request[CalibrationFit]:
+    """Fit the constants of the machine to the measured points, and return them; nothing is changed.
+
+    `toml` of the answer goes into the configuration file; `maya calibrate FILE --apply` writes it.
+    """
+    return Request(
+        "POST",
+        "/v1/calibration/fit",
+        Answer("maya_un.schema.calibration", "CalibrationFit"),
+        body=changed({"hold": (hold, None)}),
+        timeout=120.0,
+    )
+
+
+def twin_faults() -> Request[FaultsOfTwin]:
+    """Return the faults that the twin can have, and the active ones."""
+    return Request("GET", "/v1/twin/faults", Answer("maya_un.schema.twin", "FaultsOfTwin"))
+
+
+def inject_fault(
+    name: str, *, values: Mapping[str, float | int | bool | str] | None = None, seconds: float | None = None
+) -> Request[FaultsOfTwin]:
+    """Begin a fault of the twin. It replaces an active fault with the same name at the same place."""
+    return Request(
+        "PUT",
+        f"/v1/twin/faults/{quoted(name)}",
+        Answer("maya_un.schema.twin", "FaultsOfTwin"),
+        body=changed({"values": (values, None), "seconds": (seconds, None)}),
+    )
+
+
+def clear_fault(name: str) -> Request[FaultsOfTwin]:
+    """End the active faults of one name."""
+    return Request("DELETE", f"/v1/twin/faults/{quoted(name)}", Answer("maya_un.schema.twin", "FaultsOfTwin"))
+
+
+def clear_faults() -> Request[FaultsOfTwin]:
+    """End all faults of the twin."""
+    return Request("DELETE", "/v1/twin/faults", Answer("maya_un.schema.twin", "FaultsOfTwin"))

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from dmc41x3.files import sync_folder, writable_place
-from maya_un.config.model import KINDS, Config, flaw
+from maya_un.config.model import KINDS, Config, Flaw, flaws
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
 
@@ -44,11 +44,18 @@ def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
 
 def parse(keys: dict[str, Any]) -> Config:
     """Return the configuration for nested keys merged over the defaults; raises `InvalidConfig`."""
-    merged = _overlay(Config().model_dump(exclude_none=True), keys)
+    config, found = checked(keys)
+    if config is None:
+        raise InvalidConfig(key=found[0].key, value=shown(found[0].value), reason=found[0].reason)
+    return config
+
+
+def checked(keys: dict[str, Any]) -> tuple[Config | None, list[Flaw]]:
+    """Return the configuration for nested keys merged over the defaults, or None and all of its flaws."""
     try:
-        return Config.model_validate(merged)
+        return Config.model_validate(_overlay(Config().model_dump(exclude_none=True), keys)), []
     except ValidationError as error:
-        raise _refusal(error) from error
+        return None, flaws(error, tuple(KINDS))
 
 
 def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
@@ -57,11 +64,6 @@ def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
         below = merged.get(key)
         merged[key] = _overlay(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
     return merged
-
-
-def _refusal(error: ValidationError) -> InvalidConfig:
-    found = flaw(error, tuple(KINDS))
-    return InvalidConfig(key=found.key, value=_shown(found.value), reason=found.reason)
 
 
 def to_toml(config: Config, *, commented: bool = False) -> str:
@@ -114,7 +116,7 @@ def _meaning(field: FieldInfo) -> str:
     return f"{field.description}{'' if field.is_required() else f' (default {json.dumps(field.default)})'}"
 
 
-def _shown(value: object) -> str:
+def shown(value: object) -> str:
     """Return a refused value for a sentence; whole tables are too long for one."""
     return "(a table)" if isinstance(value, dict) else json.dumps(value, default=str, ensure_ascii=False)
 
@@ -132,7 +134,19 @@ def text_of(path: Path) -> str:
 
 
 def edited(text: str, values: Mapping[str, float | None]) -> str:
-    """Return TOML with dotted keys set to `values`, or removed if the value is None.
+    """Return TOML with dotted keys set to `values`, or removed if the value is None; otherwise as `merged`."""
+    changes: dict[str, Any] = {}
+    for key, value in values.items():
+        *names, name = key.split(".")
+        table = changes
+        for section in names:
+            table = table.setdefault(section, {})
+        table[name] = value
+    return merged(text, changes)
+
+
+def merged(text: str, changes: Mapping[str, Any]) -> str:
+    """Return TOML with nested keys set to the values of `changes`, or removed where the value is None.
 
     Comments, order and spacing stay. Missing tables are added. Raises `ValueError` for text that is not TOML and for a
     value in the place of a needed table.
@@ -140,23 +154,31 @@ def edited(text: str, values: Mapping[str, float | None]) -> str:
     import tomlkit  # noqa: PLC0415 - only programs that change a file need it
 
     document = tomlkit.parse(text)
-    for key, value in values.items():
-        *sections, name = key.split(".")
-        table = cast("MutableMapping[str, Any]", document)
-        for depth, section in enumerate(sections):
-            if section not in table:
-                if value is None:
-                    break
-                table[section] = tomlkit.table(is_super_table=depth < len(sections) - 1)
-            table = table[section]
-            if not isinstance(table, MutableMapping):
-                raise ValueError(f"{section} is no table")  # noqa: TRY004 - a parse error like the others
-        else:
-            if value is not None:
-                table[name] = value
-            elif name in table:
-                del table[name]
+    _merge(document, changes)
     return tomlkit.dumps(document)
+
+
+def _merge(table: MutableMapping[str, Any], changes: Mapping[str, Any]) -> None:
+    import tomlkit  # noqa: PLC0415
+
+    for name, value in changes.items():
+        if value is None or value == []:  # an empty list of tables cannot be written
+            table.pop(name, None)
+        elif not isinstance(value, Mapping):
+            table[name] = value
+        elif name in table or _adds(value):
+            if name not in table:
+                only_tables = all(isinstance(one, Mapping) for one in value.values())
+                table[name] = tomlkit.table(is_super_table=only_tables)
+            below = table[name]
+            if not isinstance(below, MutableMapping):
+                raise ValueError(f"{name} is no table")
+            _merge(cast("MutableMapping[str, Any]", below), value)
+
+
+def _adds(changes: Mapping[str, Any]) -> bool:
+    """Return whether changes set a value, besides removing others."""
+    return any(_adds(value) if isinstance(value, Mapping) else value is not None for value in changes.values())
 
 
 def written(path: Path) -> Mapping[str, Any]:

@@ -7,6 +7,7 @@ from math import hypot, pi
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic_core import ErrorDetails
 
 from dmc41x3.address import split
 from maya_un import manual
@@ -33,7 +34,7 @@ class ConfigSection(BaseModel):
 
 
 class Flaw(NamedTuple):
-    """The first error of a validation: the dotted `key`, its `value`, and the reason."""
+    """An error of a validation: the dotted `key`, its `value`, and the reason."""
 
     key: str
     value: Any
@@ -42,7 +43,15 @@ class Flaw(NamedTuple):
 
 def flaw(error: ValidationError, tags: tuple[str, ...] = ()) -> Flaw:
     """Return the first flaw of a validation; `tags`, which name kinds of a section, are not part of the key."""
-    first = error.errors(include_url=False)[0]
+    return _flaw(error.errors(include_url=False)[0], tags)
+
+
+def flaws(error: ValidationError, tags: tuple[str, ...] = ()) -> list[Flaw]:
+    """Return all flaws of a validation, as `flaw` does."""
+    return [_flaw(one, tags) for one in error.errors(include_url=False)]
+
+
+def _flaw(first: ErrorDetails, tags: tuple[str, ...]) -> Flaw:
     place, value, reason = [part for part in first["loc"] if part not in tags], first["input"], first["msg"]
     cause = first.get("ctx", {}).get("error")
     if isinstance(cause, Contradiction):
@@ -167,6 +176,19 @@ class ComsConfig(ConfigSection):
     ] = "http://localhost:3000"
 
 
+class CameraConfig(ConfigSection):
+    """The camera that the dashboard shows."""
+
+    url: Annotated[
+        str,
+        Field(
+            pattern=r"^(https?://[A-Za-z0-9.:\[\]-]+(/[A-Za-z0-9._~%!$&()*+,;=:@/?-]*)?)?$",
+            max_length=500,
+            description="address of the camera's picture, http or https; default: none",
+        ),
+    ] = ""
+
+
 class RecorderConfig(ConfigSection):
     """The flight recorder: how much of the past it holds in memory, and how many recordings stay on the disk."""
 
@@ -257,16 +279,16 @@ class Geometry(ConfigSection):
 class Scale(ConfigSection):
     """Encoder counts per unit of motion (manual, constants PULSES_PER_M and PULSES_PER_DEG)."""
 
-    pulses_per_metre: Annotated[float, Field(gt=1e3, le=1e9, description="counts per metre of lines b and c")] = 1e6
-    pulses_per_degree: Annotated[float, Field(gt=1.0, le=1e6, description="counts per degree of axis a")] = 371.06
+    pulses_per_metre: Annotated[float, Field(gt=1e3, le=1e9, description="scale of lines b and c [counts/m]")] = 1e6
+    pulses_per_degree: Annotated[float, Field(gt=1.0, le=1e6, description="scale of axis a [counts/deg]")] = 371.06
 
 
 class AxisConfig(ConfigSection):
     """One axis: its letter on the controller, its stroke, its registers."""
 
     letter: Annotated[Letter, Field(description="letter of the axis on the controller")]
-    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke (rad or m)")]
-    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke (rad or m)")]
+    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad or m]")]
+    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad or m]")]
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
     acceleration_counts: Annotated[Register, Field(ge=1024, description="AC, acceleration [counts/s2]")]
     deceleration_counts: Annotated[Register, Field(ge=1024, description="DC, deceleration [counts/s2]")]
@@ -444,6 +466,7 @@ class Config(ConfigSection):
     recorder: RecorderConfig = RecorderConfig()
     storage: StorageConfig = StorageConfig()
     coms: ComsConfig = ComsConfig()
+    camera: CameraConfig = CameraConfig()
     zones: Annotated[
         tuple[ZoneConfig, ...],
         Field(

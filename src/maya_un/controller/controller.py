@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 
 from dmc41x3.driver import Driver
+from dmc41x3.language.reading import only_reads
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
 from maya_un.controller.command_slot import RunningCommand
@@ -14,7 +15,7 @@ from maya_un.controller.execution import Execution, Pacing
 from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun
 from maya_un.controller.monitor import SETTLED, Monitor, erase, leave, noted
-from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning
+from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning, name_of
 from maya_un.controller.protocol import Inspection, MotionRun, OnVia, Preview, require_output
 from maya_un.controller.registers import Dial
 from maya_un.controller.seek import Seeker
@@ -30,6 +31,7 @@ from maya_un.errors import (
     OwnershipLost,
     PositionNotKept,
     Stopped,
+    TerminalReadsOnly,
 )
 from maya_un.events import (
     EventLog,
@@ -51,7 +53,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged, LinkView, Signals
-from maya_un.values import AXES, Joints, Progress, State, StopReport
+from maya_un.values import AXES, JogDirection, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
 _Way = Callable[[RunningCommand, Joints], Awaitable[Route]]
@@ -82,6 +84,7 @@ class GalilController:
         self.config = config
         self.units = self._monitor.units
         self.stops = 0
+        self._along_vector = False
 
     @property
     def address(self) -> str:
@@ -146,6 +149,15 @@ class GalilController:
     def signals(self) -> Signals | None:
         """Return the signals in the latest record, None while disconnected."""
         return self._monitor.signals()
+
+    async def interrogate(self, command: str) -> str:
+        """Return the controller's answer to a command that only reads, which needs no ownership and no slot.
+
+        Raises `TerminalReadsOnly` for any other text, `CommandRejected`, `NotConnected`, and the loss of the link.
+        """
+        if not only_reads(command):
+            raise TerminalReadsOnly(command=command)
+        return await self._monitor.link.driver.exact(command)
 
     def link(self, speed: float) -> LinkView:
         """Return the quality of the link, in real time; the loop's clock runs at `speed` times real time."""
@@ -267,20 +279,39 @@ class GalilController:
 
         await self._travel("follow", way, speed, on_via)
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+    async def jog(self, axis: JogDirection, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
-        Returns the distance and the limit that shortened it. Raises `UnknownName` for another axis.
+        Returns the distance and the limit that shortened it. Raises `UnknownName` for another axis. Along a vector,
+        `speed` is that of the beginning, and `jog_speed` changes it.
         """
-        gone = Jogged(axis, distance)
+        gone, vector, begun = Jogged(name_of(axis), distance), not isinstance(axis, str), False
 
         async def way(command: RunningCommand, here: Joints) -> Route:
-            nonlocal gone
+            nonlocal gone, begun
+            if vector and not begun:
+                begun = self._along_vector = True
+                self._monitor.pace.change(share=speed)
             gone = await self._planning.jogged(command, self.workspace, axis, here, distance) if clip else gone
             return self._jogging.path(axis, here, gone.distance)
 
-        await self._travel("jog", way, speed)
+        try:
+            await self._travel("jog", way, 1.0 if vector else speed)
+        finally:
+            if begun:
+                self._along_vector = False
+                self._monitor.pace.change(share=1.0)
         return gone
+
+    async def jog_speed(self, speed: float) -> bool:
+        """Scale the speed of the jog along a vector under way to `speed`, from 0.01 to 1 of the full speed, at once.
+
+        Return False without such a jog. Raises `InvalidValue`.
+        """
+        if not self._along_vector:
+            return False
+        await self._pacing.scale(speed)
+        return True
 
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper and wait until it has moved; no motion, so no homing is needed."""

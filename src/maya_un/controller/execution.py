@@ -54,13 +54,18 @@ class Pacing:
 
     async def override(self, ratio: float) -> None:
         """Scale the speed of the motion under way and of all later ones by `ratio`; raises `InvalidValue`."""
-        if not SLOWEST <= ratio <= 1.0:
-            raise InvalidValue(key="ratio", value=ratio, reason=f"it is at least {SLOWEST:g} and at most 1")
+        _require_ratio("ratio", ratio)
         monitor = self._monitor
         before = monitor.pace.override
         monitor.pace.change(override=ratio)
         if monitor.pace.override != before:
             monitor.events.emit(SpeedChanged(monitor.pace.override))
+        await self._tell()
+
+    async def scale(self, share: float) -> None:
+        """Scale the speed of the motion under way by `share` (0.01 to 1) too; raises `InvalidValue`."""
+        _require_ratio("speed", share)
+        self._monitor.pace.change(share=share)
         await self._tell()
 
     async def pause(self, *, ahead: bool) -> StopReport:
@@ -130,6 +135,11 @@ class Pacing:
             if command is not None and not driver.lost.done():
                 command.interrupt(refusal)
             raise
+
+
+def _require_ratio(key: str, ratio: float) -> None:
+    if not SLOWEST <= ratio <= 1.0:
+        raise InvalidValue(key=key, value=ratio, reason=f"it is at least {SLOWEST:g} and at most 1")
 
 
 LATE = 1.0

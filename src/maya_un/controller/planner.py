@@ -41,7 +41,7 @@ from maya_un.motion.profile import Limits
 from maya_un.motion.proof import prove
 from maya_un.motion.timing import plan
 from maya_un.schema.robot import Jogged
-from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, Joints, Point
+from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, JogDirection, Joints, Point
 from maya_un.workers import Workers, WorkResult
 
 MOST_SEGMENTS = 511
@@ -251,8 +251,11 @@ class JogLine:
     in_space: bool
 
     @classmethod
-    def along(cls, axis: str, here: Joints, mechanism: Mechanism) -> JogLine:
-        """Return the line of one of `JOG_AXES` through `here`; raises `UnknownName`."""
+    def along(cls, axis: JogDirection, here: Joints, mechanism: Mechanism) -> JogLine:
+        """Return the line of one of `JOG_AXES`, or along a unit vector, through `here`; raises `UnknownName`."""
+        if not isinstance(axis, str):
+            x, y, z = mechanism.fk(here)
+            return cls(here, (x, y, z), axis, in_space=True)
         if axis in AXES:
             a, b, c = (float(axis == one) for one in AXES)
             return cls(here, (here.a, here.b, here.c), (a, b, c), in_space=False)
@@ -292,11 +295,11 @@ class Jogging:
         self._planner = planner
         self._mechanism = mechanism
 
-    def path(self, axis: str, here: Joints, way: float) -> Path:
+    def path(self, axis: JogDirection, here: Joints, way: float) -> Path:
         """Return the path of a jog; raises `UnknownName`, and `InvalidValue` for an invalid way."""
         return JogLine.along(axis, here, self._mechanism).path(_sensible(way), self._mechanism)
 
-    def within(self, workspace: Workspace, axis: str, here: Joints, way: float) -> Jogged:
+    def within(self, workspace: Workspace, axis: JogDirection, here: Joints, way: float) -> Jogged:
         """Return how far of `way` (rad or m) the workspace allows, and the limit that ends it.
 
         Raises `UnknownName`, `InvalidValue`, and `Unreachable` if the robot is outside the workspace.
@@ -304,7 +307,7 @@ class Jogging:
         line = JogLine.along(axis, here, self._mechanism)
         wanted = max(-LONGEST, min(LONGEST, _sensible(way)))
         if wanted == way and self._refusal(workspace, line, wanted) is None:
-            return Jogged(axis, way)
+            return Jogged(name_of(axis), way)
         self._planner.prove(workspace, line.path(0.0, self._mechanism))
         good, bad = self._edge(workspace, line, wanted)
         if good and self._refusal(workspace, line, good) is not None:
@@ -312,7 +315,7 @@ class Jogging:
         reason = workspace.why_not(line.at(bad)) or self._refusal(workspace, line, bad)
         kept = max(0.0, abs(good) - MARGIN)
         limit = reason.limit.value if isinstance(reason, Reason) else "path"
-        return Jogged(axis, kept if wanted > 0.0 else 0.0 - kept, limit, str(reason))
+        return Jogged(name_of(axis), kept if wanted > 0.0 else 0.0 - kept, limit, str(reason))
 
     def _edge(self, workspace: Workspace, line: JogLine, wanted: float) -> tuple[float, float]:
         """Return the last way along the line before it leaves the workspace, and one beyond it."""
@@ -330,6 +333,11 @@ class Jogging:
         except (PathRefused, Unreachable) as refusal:
             return refusal
         return None
+
+
+def name_of(direction: JogDirection) -> str:
+    """Return the name of the direction of a jog, "" for a vector."""
+    return direction if isinstance(direction, str) else ""
 
 
 def _halved(good_at: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
@@ -417,7 +425,7 @@ def plan_offline(workspace: Workspace, route: Route, speed: float) -> Generator[
     return drawer().planner.plan(workspace, route, speed)
 
 
-def jogged(workspace: Workspace, axis: str, here: Joints, way: float) -> Generator[None, None, Jogged]:
+def jogged(workspace: Workspace, axis: JogDirection, here: Joints, way: float) -> Generator[None, None, Jogged]:
     """Return how far of a way along an axis the workspace allows; raises as `Jogging.within` does."""
     yield
     return drawer().jogging.within(workspace, axis, here, way)
@@ -445,7 +453,7 @@ class Planning:
         return await _unless_ended(command, self._workers.run(plan_offline, workspace, route, speed, whose=OWN))
 
     async def jogged(
-        self, command: RunningCommand, workspace: Workspace, axis: str, here: Joints, way: float
+        self, command: RunningCommand, workspace: Workspace, axis: JogDirection, here: Joints, way: float
     ) -> Jogged:
         """Return how far a jog goes.
 

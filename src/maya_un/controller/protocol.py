@@ -28,7 +28,7 @@ from maya_un.motion.clearance import ClosestApproach, closest
 from maya_un.motion.move import CoordinatedMove, LongestStop, Trajectory, sample, stopping
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged, LinkView, Signals
-from maya_un.values import Joints, Progress, State, StopReport
+from maya_un.values import JogDirection, Joints, Progress, State, StopReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,26 +85,28 @@ class MotionPace:
     """The commanded speed: the speed override (above 0 up to 1), and whether all motion is on hold.
 
     The override has the four decimal places that the controller prints; the controller stores it in steps of 1/65536.
-    `news` completes at the next change.
+    `share` is a further factor, that of a jog under way. `news` completes at the next change.
     """
 
     def __init__(self) -> None:
         self.override = 1.0
+        self.share = 1.0
         self.paused = False
         self.news: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
     @property
     def factor(self) -> float:
-        """The override as the controller stores it."""
-        return fixed(self.override) / SCALE
+        """Override times share, as the controller stores it."""
+        return fixed(round(self.override * self.share, PLACES)) / SCALE
 
     @property
     def ratio(self) -> float:
         """The commanded speed ratio of the controller (VR): 0 in a pause, else the factor."""
         return 0.0 if self.paused else self.factor
 
-    def change(self, *, override: float | None = None, paused: bool | None = None) -> None:
+    def change(self, *, override: float | None = None, paused: bool | None = None, share: float | None = None) -> None:
         """Set the commanded speed and wake all waiting tasks."""
+        self.share = self.share if share is None else share
         self.override = self.override if override is None else round(override, PLACES)
         self.paused = self.paused if paused is None else paused
         self.news.set_result(None)
@@ -288,6 +290,13 @@ class Controller(Protocol):
         """Return signals of the controller; None while disconnected, and where only another process has them."""
         ...
 
+    async def interrogate(self, command: str) -> str:
+        """Return the answer of the motion controller to a command of its language that only reads; it may have lines.
+
+        Raises `TerminalReadsOnly` for any other text, `CommandRejected`, `NotConnected`, and the loss of the link.
+        """
+        ...
+
     def link(self, speed: float) -> LinkView:
         """Return the quality of the link, in real time; the loop's clock runs at `speed` times real time."""
         ...
@@ -321,11 +330,19 @@ class Controller(Protocol):
         """
         ...
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+    async def jog(self, axis: JogDirection, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Move along one axis by `distance` (rad or m) and return the distance moved; the gripper's axes go straight.
 
-        Axes are a, b, c, and x, y, z and r of the gripper, r outward along the boom. With `clip` the robot goes as far
-        as the workspace allows and comes to rest before the limit; without, a longer distance raises an error.
+        Axes are a, b, c, and x, y, z and r of the gripper, r outward along the boom; a unit vector is one too. With
+        `clip` the robot goes as far as the workspace allows and comes to rest before the limit; without, a longer
+        distance raises an error.
+        """
+        ...
+
+    async def jog_speed(self, speed: float) -> bool:
+        """Scale the speed of the jog along a vector under way, from 0.01 to 1 of the full speed, at once.
+
+        Return False if this is impossible: no such jog is under way here.
         """
         ...
 

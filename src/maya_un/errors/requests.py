@@ -26,8 +26,8 @@ class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
     """No task or job has this number."""
 
-    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue"]
-    number: int | str | Literal["now", "on a real machine", "with `--journal memory`"]
+    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue", "measured point"]
+    number: int | str | Literal["now", "here", "on a real machine", "with `--journal memory`"]
 
 
 class SpeedOnRealMachine(
@@ -418,3 +418,14 @@ class EdgeNotInstalled(
     """`maya up` should start an edge whose entry point is missing, as in an installation of an older version."""
 
     edge: str
+
+
+class TerminalReadsOnly(
+    RequestError,
+    code=4056,
+    en="{command!r} is not known as one command that only reads, so it was not sent. Send one command such as TP, "
+    "`KP ?` or `MG _TPA`. To change the controller, end `maya up` and use `maya dmc terminal`.",
+):
+    """The terminal of a running robot sends only commands that read: others could endanger motion."""
+
+    command: str

@@ -16,12 +16,15 @@ from maya_un.http.connections import Rights
 from maya_un.http.exchange import on_validation_error
 from maya_un.http.metrics import Metrics
 from maya_un.http.middleware import OriginPolicy, RequestGuard
+from maya_un.http.routes.calibration import add_calibration
+from maya_un.http.routes.diagnosis import add_diagnosis
 from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks, add_texts
 from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
 from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add_zones
 from maya_un.http.routes.queue import add_ordering, add_queue, add_recovery
 from maya_un.http.routes.robot import add_moving
 from maya_un.http.routes.system import add_keeping, add_reading, add_recordings, add_system
+from maya_un.http.routes.twin import add_twin
 from maya_un.http.routing import Routes
 from maya_un.http.stream.server import add_stream
 
@@ -75,4 +78,7 @@ def all_routes() -> Routes:
     add_tokens(routes)
     add_recordings(routes)
     add_keeping(routes)
+    add_diagnosis(routes)
+    add_calibration(routes)
+    add_twin(routes)
     return routes

@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import TypeVar
 
 from maya_un.cancellation import cancel_once, run_to_rest
@@ -60,7 +61,8 @@ class Bridge:
     Neither loop ever blocks on the other. `callers` identifies callers. Without a gate and callers, the service has a
     single user: every caller is `LOCAL`, and no audit log is written. `journal` is the stored queue, for its health.
     `past` limits the share of the server's loop for all readers of the past together. `missing` returns the errors of
-    missing layers, in any thread.
+    missing layers, in any thread. `config_file` is the configuration file that the user has named. `checking` is locked
+    while the host is checked.
     """
 
     def __init__(
@@ -72,6 +74,7 @@ class Bridge:
         callers: Callers | None = None,
         journal: Journal | None = None,
         missing: Callable[[], Sequence[MayaError]] = list[MayaError],
+        config_file: Path | None = None,
     ) -> None:
         self._loop = loop
         self._service = service
@@ -79,7 +82,9 @@ class Bridge:
         self._callers = callers
         self.journal = journal
         self.missing = missing
+        self.config_file = config_file
         self.past = LoopShare()
+        self.checking = asyncio.Lock()
 
     async def caller(
         self,

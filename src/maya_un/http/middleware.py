@@ -241,8 +241,9 @@ def _declared(route: BaseRoute | None) -> str:
 BODY_LIMIT = 1_000_000
 """Longest body of a request that may contain a job [bytes]; the longest job has about half of it."""
 
-_JOBS = ("/v1/jobs", "/v1/preview", "/v1/inspect")
-"""Paths whose body may contain a job; other bodies are limited to `LONG` bytes and parsed at once."""
+_LONG_BODIES = ("/v1/jobs", "/v1/preview", "/v1/inspect", "/v1/config")
+"""Paths whose body may contain a job or a configuration; other bodies are limited to `LONG` bytes and parsed at once.
+"""
 
 BODY_PATIENCE = 20.0
 """Time limit for the arrival of a body [s, real time]."""
@@ -320,7 +321,7 @@ class RequestGuard:
 
     async def _http(self, scope: Scope, receive: Receive, send: Send) -> None:
         language = language_of(Headers(scope=scope))
-        most = BODY_LIMIT if scope["path"].startswith(_JOBS) else LONG
+        most = BODY_LIMIT if scope["path"].startswith(_LONG_BODIES) else LONG
         try:
             async with asyncio.timeout(BODY_PATIENCE):
                 body = await _whole_body(receive, most)

@@ -141,6 +141,21 @@ TEXT: dict[str, Any] = {
 """Schema of the text of a job."""
 
 
+CONFIG: dict[str, Any] = {
+    "title": "ConfigRequest",
+    "description": "A configuration: the `text` of its file (TOML), or nested `settings` that change the present file.",
+    "type": "object",
+    "properties": {
+        "text": {"type": "string", "maxLength": MOST_TEXT},
+        "settings": {"type": "object", "description": "settings by section; null removes one, so its default holds"},
+    },
+    "minProperties": 1,
+    "maxProperties": 1,
+    "additionalProperties": False,
+}
+"""Schema of another configuration."""
+
+
 def _changes() -> dict[str, Any]:
     options = TypeAdapter(JobOptions).json_schema(ref_template=REFERENCE)
     options["properties"] = {key: one for key, one in options["properties"].items() if key != "held"}

@@ -36,15 +36,15 @@ class RequestContext:
         """The language that the client prefers."""
         return language_of(self._request.headers)
 
-    async def __call__(self, work: Callable[[Service], Awaitable[T]], *operations: Operation) -> T:
-        """Return the result of `work`.
+    async def __call__(self, work: Callable[[Service], Awaitable[T]], *operations: Operation, subject: str = "") -> T:
+        """Return the result of `work`; `subject` is that of the audit log, by default the one in the path.
 
         It is called as the first of `operations`, by default all operations of the route, that the caller's role
         includes; if the role includes none, as the last, which is refused.
         """
         of = operations or self._operations
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
-        return await self.bridge.call(self.caller, chosen, work, self._subject)
+        return await self.bridge.call(self.caller, chosen, work, subject or self._subject)
 
     async def unless_left(self, work: Callable[[Service], Awaitable[T]]) -> T:
         """Return the answer of `work`; if the client disconnects, cancel it and raise `Cancelled`.

@@ -45,7 +45,7 @@ from maya_un.process.spec.tasks import (
 )
 from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
-from maya_un.robot.robot import Robot, on_paper
+from maya_un.robot.robot import Robot, gripper_path, on_paper
 from maya_un.schema.previews import (
     Band,
     JobInspection,
@@ -305,6 +305,19 @@ def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[
     return (yield from preview_tasks(on_paper(workspace), tasks, start))
 
 
+def path_ahead(
+    workspace: Workspace, primitives: Sequence[Primitive], start: Pose, most: int
+) -> Generator[None, None, tuple[Point, ...]]:
+    """Return at most `most` points [m] on the path of the last of some primitives, which begin at `start`."""
+    pose = start
+    for primitive in primitives[:-1]:
+        pose = on_paper(workspace).preview(primitive, pose).end
+        yield
+    found = on_paper(workspace).plan(primitives[-1], pose)
+    yield
+    return gripper_path(workspace, found, most)
+
+
 def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
     """Return the end of some tasks; raises the error of the first task that would be refused."""
     pose = start
@@ -370,6 +383,9 @@ T = TypeVar("T")
 
 CHECK = "check"
 """Principal of the computation of the job that begins next."""
+
+AHEAD = "ahead"
+"""Principal of the computation of the step that follows the running one, for those who watch."""
 
 REPORT = "report"
 """Principal of the computation of a job for a report."""
@@ -449,6 +465,15 @@ class JobComputer:
             if courses[-1].preview.refusal is not None:
                 break
         return joined_outlook(courses, start)
+
+    async def path_ahead(self, primitives: Sequence[Primitive], start: Pose, most: int) -> tuple[Point, ...]:
+        """Return at most `most` points [m] on the path of the last of some primitives, which begin at `start`.
+
+        Without workers there are none. Raises the errors of planning, and as `Workers.run` does.
+        """
+        if self._staff is None:
+            return ()
+        return await self._asked(path_ahead, primitives, start, most, whose=AHEAD)
 
     async def require(self, tasks: Sequence[Task], start: Pose) -> None:
         """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""

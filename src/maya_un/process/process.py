@@ -10,6 +10,7 @@ A stop, a fault or the loss of the link pauses the queue: nothing starts by itse
     ledger · changes         every change: written, applied, announced (journal)
     showing                  the queue as others see it (view, report)
     parts                    where the parts are, as far as jobs tell (believed)
+    ahead                    the step after the running one, with its path
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from maya_un.process.computation import JobComputer
 from maya_un.process.journal.protocol import JobRow, Journal, RequestOwner, StepRow
 from maya_un.process.journal.sqlite import MemoryJournal
 from maya_un.process.lease import ControlLease
+from maya_un.process.queue.ahead import StepAhead
 from maya_un.process.queue.believed import BelievedParts
 from maya_un.process.queue.changes import Changes, Dates, QueuePauser, TransactionLog
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, JobEditor, JobSubmitter, SubmitRequest
@@ -51,10 +53,11 @@ class Process:
     """Runs jobs on a robot; the module's docstring lists what pauses the queue.
 
     `turns` runs one job after the other and can be paused, `shown` reports the state, `journal` stores it. `parts` are
-    the parts as jobs tell them. `recall` returns the taught places, when a job names a place that it does not define. A
-    given journal stores unfinished jobs for the next start; without one all jobs end with this process. Jobs begin only
-    if the `lease` permits their owner. `dates` returns dates; without it dates are the loop's time. `speed` is the
-    speed of the loop's clock. `staff` computes jobs; without it the running loop does.
+    the parts as jobs tell them, `ahead` is the step after the running one. `recall` returns the taught places, when a
+    job names a place that it does not define. A given journal stores unfinished jobs for the next start; without one
+    all jobs end with this process. Jobs begin only if the `lease` permits their owner. `dates` returns dates; without
+    it dates are the loop's time. `speed` is the speed of the loop's clock. `staff` computes jobs; without it the
+    running loop does.
     """
 
     def __init__(  # noqa: PLR0913 - every option of a process is a parameter
@@ -88,6 +91,7 @@ class Process:
         self._recovering = JobRecoverer(shared, items, changes, self._editing)
         self.parts = BelievedParts(items, controller.events)
         self.turns = Scheduler(shared, items, self._whole, lease)
+        self.ahead = StepAhead(robot, foresight, lambda: self.turns.running, controller.events)
         self.shown = QueueViews(shared, items, self.turns, self._recovering, speed=speed)
 
     async def open(self) -> None:
@@ -261,6 +265,7 @@ class Process:
                 await self._editing.cancel(item.number, Cancelled())
         await self._whole.settle()
         await self.shown.close()
+        await self.ahead.close()
         await self._ledger.close()
         if not self._durable:
             await self.journal.close()

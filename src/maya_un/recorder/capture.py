@@ -98,6 +98,21 @@ class RecorderRing:
         """Store an event."""
         self._keep(event.time, EVENT_COST, event)
 
+    def states_since(self, begin: float) -> list[State]:
+        """Return the states from the loop time `begin` on [s], oldest first."""
+        found: list[State] = []
+        for time, _, thing in reversed(self._entries):
+            if time < begin:
+                break
+            if isinstance(thing, State):
+                found.append(thing)
+        return found[::-1]
+
+    @property
+    def oldest(self) -> float:
+        """The loop time from which on nothing is missing [s]."""
+        return self._entries[0][0] if self._dropped and self._entries else self._began
+
     def entries(self) -> list[Entry]:
         """Return the present entries, for `contents` to sort later."""
         return list(self._entries)

@@ -84,6 +84,11 @@ class Recorder:
         """The data in memory."""
         return self._ring
 
+    @property
+    def speed(self) -> float:
+        """The speed of the loop's clock."""
+        return self._origin.speed
+
     def recorded(self, transport: Transport) -> Transport:
         """Wrap a new connection to the controller, so that its traffic is recorded."""
         self._links += 1

@@ -39,7 +39,7 @@ def _three(name: str, *units: str) -> tuple[TableColumn, ...]:
 
 _SWITCHES = ("motor on", "forward limit", "reverse limit", "stop code")
 
-STATE_COLUMNS = (
+MACHINE_COLUMNS = (
     TableColumn("time", "s"),
     *(TableColumn("mode"), TableColumn("homed")),
     *_three("", "rad", "m", "m"),
@@ -49,11 +49,18 @@ STATE_COLUMNS = (
     TableColumn("moving"),
     *(column for name in _SWITCHES for column in _three(name, "", "", "")),
     *(TableColumn("gripper closed"), TableColumn("phase"), TableColumn("fault"), TableColumn("override")),
+)
+"""The columns of a state."""
+
+SIGNAL_COLUMNS = (
     *_three("following error", "rad", "m", "m"),
     *_three("torque", "V", "V", "V"),
     *_three("tension", "", "loads", "loads")[1:],
 )
-"""The columns of the table of states. Torques are motor commands, tensions multiples of the load."""
+"""The columns of the signals that belong to a state. Torques are motor commands, tensions multiples of the load."""
+
+STATE_COLUMNS = (*MACHINE_COLUMNS, *SIGNAL_COLUMNS)
+"""The columns of the table of states."""
 
 _WIRE = ("utc", "time [s]", "link", "from", "event", "bytes", "hexadecimal", "text")
 

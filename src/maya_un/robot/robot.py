@@ -15,6 +15,8 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from typing import Protocol
 
+import numpy as np
+
 from maya_un.config import Config
 from maya_un.controller.planner import OWN, drawer
 from maya_un.controller.protocol import Controller
@@ -36,7 +38,7 @@ from maya_un.robot.plan_builder import (
     TravelAction,
 )
 from maya_un.robot.primitives import Primitive
-from maya_un.values import Mode
+from maya_un.values import Mode, Point
 from maya_un.workers import Workers
 
 _REMEMBERED = 4096
@@ -111,6 +113,22 @@ def plan(workspace: Workspace, primitive: Primitive, start: Pose) -> Generator[N
     """Return the plan of a primitive in a worker; raises as `Plans.plan` does."""
     yield
     return on_paper(workspace).plan(primitive, start)
+
+
+def gripper_path(workspace: Workspace, found: PrimitivePlan, most: int) -> tuple[Point, ...]:
+    """Return at most `most` points of the gripper [m] on the path of a plan: the ends of its motions, and others.
+
+    The others have equal distances. It is computed in a worker.
+    """
+    planner, travels = drawer().planner, [action for action in found.actions if isinstance(action, TravelAction)]
+    if not travels:
+        return ()
+    knots = [planner.plan(workspace, travel.path, 1.0).knots for travel in travels]
+    points = workspace.mechanism.fk_many(np.concatenate(knots))
+    way = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))))
+    ends = way[np.cumsum([len(part) for part in knots]) - 1][: most // 2]
+    ways = np.union1d(ends, np.linspace(0.0, way[-1], most - len(ends)))
+    return tuple(Point(*row) for row in np.column_stack([np.interp(ways, way, axis) for axis in points.T]).tolist())
 
 
 OnPhase = Callable[[str], None]

@@ -24,6 +24,9 @@ Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full 
 Distance = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="rad or m", allow_inf_nan=False)]
 
 
+Component = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False, description="share of the full speed")]
+
+
 Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="m", allow_inf_nan=False)]
 
 
@@ -77,10 +80,24 @@ class JogHold:
 
 
 @dataclass(frozen=True, slots=True)
+class JogVector:
+    """Jog the gripper straight along a vector for as long as this request is repeated, at least twice a second.
+
+    The length of `vector` [x, y, z], 0.01 to 1, is the share of the full speed, which may change with every request. If
+    the direction changes by more than 0.2 rad, the robot first comes to rest on its path. `press` is that of `JogHold`.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    vector: tuple[Component, Component, Component]
+    hold: Yes
+    press: Press | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class JogRelease:
     """End the held jog, with `press` only that of this press.
 
-    `axis`, `direction` and `speed` are accepted and ignored.
+    `axis`, `direction`, `speed` and `vector` are accepted and ignored.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
@@ -89,13 +106,16 @@ class JogRelease:
     axis: Any = None
     direction: Any = None
     speed: Any = None
+    vector: Any = None
 
 
 def kind_of_jog(body: Mapping[str, Any]) -> type:
     """Return the type of a jog request."""
     if "hold" not in body:
         return JogBy
-    return JogRelease if body["hold"] is False else JogHold
+    if body["hold"] is False:
+        return JogRelease
+    return JogVector if "vector" in body else JogHold
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +124,14 @@ class Points:
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     points: Annotated[list[tuple[Coordinate, Coordinate, Coordinate]], Field(max_length=500)]
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerCommand:
+    """One command in the controller's language, which only reads."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    command: Annotated[str, Field(min_length=1, max_length=80)]
 
 
 @dataclass(frozen=True, slots=True)

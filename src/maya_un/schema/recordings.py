@@ -1,4 +1,4 @@
-"""Recordings as messages: their states as columns. Units are m, rad, s."""
+"""States as columns: those of a recording, and the newest ones in memory. Units are m, rad, s."""
 
 from __future__ import annotations
 
@@ -27,4 +27,18 @@ class RecordedStates:
     date: str
     speed: float
     every: int
+    columns: dict[str, RecordedColumn]
+
+
+@dataclass(frozen=True, slots=True)
+class ScopeView:
+    """The newest states as `columns` by name, oldest first; `time` is that of the loop [s].
+
+    They were recorded from `begin` to `end` [s, loop time]; the loop's clock runs at `speed` times real time. `begin`
+    is later than requested if the memory does not reach back as far.
+    """
+
+    begin: float
+    end: float
+    speed: float
     columns: dict[str, RecordedColumn]

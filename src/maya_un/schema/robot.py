@@ -55,7 +55,7 @@ class EventMessage:
 
 @dataclass(frozen=True, slots=True)
 class Jogged:
-    """Distance of a jog along its `axis` (rad or m, signed).
+    """Distance of a jog along its `axis` (rad or m, signed), "" for a vector.
 
     `limit` is the name of the limit that shortens the requested distance, "" for none; `reason` describes it.
     """
@@ -79,14 +79,32 @@ class PathPoint:
 
 
 @dataclass(frozen=True, slots=True)
+class NextStep:
+    """The step number `step` of job `job` that follows the running one: its label, its primitive and its target.
+
+    `target` is a point [m], joints (rad, m, m), whether the gripper opens, or None. `points` are at most 64 points of
+    the gripper on its path [m]; empty while they are computed, if the step moves nothing, and if it would be refused.
+    """
+
+    job: int
+    step: int
+    label: str
+    primitive: str
+    target: tuple[float, float, float] | bool | None
+    points: tuple[Point, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class MotionView:
     """The path of the motion under way, which began at loop time `began` [s]; times hold for the present speed.
 
-    `path` is empty at rest, in a homing, and where another process carries motions out.
+    `path` is empty at rest, in a homing, and where another process carries motions out. `next` is the step after the
+    running one, None without one.
     """
 
     began: float | None = None
     path: tuple[PathPoint, ...] = ()
+    next: NextStep | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +150,19 @@ class HeldJog:
 
     axis: str
     direction: int
+    moving: bool
+    limit: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SteeredJog:
+    """The state of a held jog along a `vector`: the one that the robot follows; its length is the share of the speed.
+
+    The other fields are those of `HeldJog`.
+    """
+
+    vector: tuple[float, float, float]
     moving: bool
     limit: str = ""
     reason: str = ""
@@ -188,3 +219,16 @@ class Health:
 
     status: Literal["ok"]
     version: str
+
+
+@dataclass(frozen=True, slots=True)
+class TerminalReply:
+    """The answer of the controller to a `command`: its lines, or its error `code` (TC1) with the `reason`.
+
+    `code` is 0 for an accepted command. A longer `reply` is cut off at 20 000 characters.
+    """
+
+    command: str
+    reply: str
+    code: int = 0
+    reason: str = ""

@@ -1,6 +1,8 @@
 """Direct commands, which bypass the queue: one at a time, including held jogs.
 
 A held jog is one planned motion to the border of the workspace, so it is bounded and decelerates before the border.
+Along a vector its speed may change at once. Another direction is another motion, which begins when the first one is at
+rest. A stick is never quite still, so a direction that differs by less than `TURN` is the same.
 After its end by the border, another user's stop or a fault, it does not start again until the key is released. Two
 connections may exchange the order of two requests: a client that numbers the presses of its keys moves nothing by a
 request that arrives after the end of its press.
@@ -15,9 +17,11 @@ import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
+from math import cos, hypot
 from typing import Any, NamedTuple
 
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
+from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import LONGEST
 from maya_un.controller.protocol import Controller, OnVia
 from maya_un.errors import Busy, Cancelled, InvalidValue, MayaError, NotConnected
@@ -25,8 +29,8 @@ from maya_un.motion.path import Route
 from maya_un.process.process import Process
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import OnPhase, Robot
-from maya_un.schema.robot import HeldJog, Jogged
-from maya_un.values import Joints
+from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
+from maya_un.values import JogDirection, Joints
 
 PATIENCE = 0.5
 """A held jog that is not renewed within this time stops [s]."""
@@ -38,12 +42,51 @@ _REFUSED_WITHIN = 0.05
 _ROUNDING = 1e-6
 
 
+TURN = 0.2
+"""A held jog along a vector goes on in its direction while the wanted one differs by less than this angle [rad]."""
+
+_FINEST = 0.02
+"""Smaller changes of the speed are left out [share of the full speed]."""
+
+
 class _Key(NamedTuple):
-    """The held key."""
+    """The held key: an axis with its direction, or a stick with its unit `vector`."""
 
     axis: str
     direction: int
     speed: float
+    vector: tuple[float, float, float] | None = None
+
+    @classmethod
+    def steered(cls, vector: tuple[float, float, float]) -> _Key:
+        """Return the key for a vector whose length is the speed; raises `InvalidValue`."""
+        length = hypot(*vector)
+        if not SLOWEST <= length <= 1.0 + _ROUNDING:
+            raise InvalidValue(
+                key="vector", value=repr(vector), reason=f"its length must be {SLOWEST:g} to 1; to rest, release it"
+            )
+        x, y, z = vector
+        return cls("", 1, min(1.0, length), (x / length, y / length, z / length))
+
+    def is_like(self, other: _Key | None) -> bool:
+        """Return whether the jog of another key need not stop for this one."""
+        if self.vector is None or other is None or other.vector is None:
+            return self == other
+        return sum(one * another for one, another in zip(self.vector, other.vector, strict=True)) > cos(TURN)
+
+    @property
+    def along(self) -> JogDirection:
+        """The direction for the controller."""
+        return self.axis if self.vector is None else self.vector
+
+
+class _Outcome(NamedTuple):
+    """The state of the jog of a key, as in `HeldJog`."""
+
+    key: _Key
+    moving: bool
+    limit: str = ""
+    reason: str = ""
 
 
 class HeldJogs:
@@ -70,15 +113,29 @@ class HeldJogs:
         """
         if direction not in (1, -1):
             raise InvalidValue(key="direction", value=direction, reason="it must be 1 or -1")
-        key = _Key(axis, direction, speed)
+        found = await self._hold(_Key(axis, direction, speed), press)
+        return HeldJog(axis, direction, found.moving, found.limit, found.reason)
+
+    async def steer(self, vector: tuple[float, float, float], press: str | None = None) -> SteeredJog:
+        """Start or renew a held jog along `vector`, whose length (0.01 to 1) is the share of the full speed.
+
+        The speed changes at once. For another direction, the previous jog first comes to rest. Raises as `hold`, and
+        `InvalidValue` for another length.
+        """
+        found = await self._hold(_Key.steered(vector), press)
+        x, y, z = found.key.vector or vector
+        speed = found.key.speed
+        return SteeredJog((speed * x, speed * y, speed * z), found.moving, found.limit, found.reason)
+
+    async def _hold(self, key: _Key, press: str | None) -> _Outcome:
         if press in self._ended:
-            return HeldJog(axis, direction, moving=False)
+            return _Outcome(key, moving=False)
         if press != self._press:
             self._end_press()
             self._press, self._key = press, None
-        if key == self._key:
-            self._renew()
-            return self._answer(key)
+        held = self._key
+        if held is not None and key.is_like(held) and await self._goes_on(held, key.speed):
+            return self._answer(held._replace(speed=key.speed))
         self._brake()
         self._key = key
         self._halted = False
@@ -126,26 +183,38 @@ class HeldJogs:
         async with self._turn:
             if self._task is not None:
                 await asyncio.wait({self._task})
-            if self._halted or key != self._key or asyncio.get_running_loop().time() > self._until:
+            wanted = self._key  # its speed may be newer
+            if self._halted or wanted is None or not key.is_like(wanted):
                 return
-            jog = self._controller.jog(key.axis, key.direction * LONGEST, speed=key.speed, clip=True)
+            if asyncio.get_running_loop().time() > self._until:
+                return
+            jog = self._controller.jog(wanted.along, wanted.direction * LONGEST, speed=wanted.speed, clip=True)
             self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
             self._task.add_done_callback(_retrieved)
             self._moved = key
             # A refusal is raised before any waiting for motion.
             await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
-            if key == self._key:
+            if key.is_like(self._key):
                 self._renew()
 
-    def _answer(self, key: _Key) -> HeldJog:
+    async def _goes_on(self, key: _Key, speed: float) -> bool:
+        """Continue the jog of the held `key` at `speed`; return False if it must begin again for that."""
+        self._renew()
+        if abs(speed - key.speed) < _FINEST:
+            return True
+        self._key = key._replace(speed=speed)
+        moving = self._task is not None and not self._task.done() and not self._task.cancelling()
+        return not moving or not key.is_like(self._moved) or await self._controller.jog_speed(speed)
+
+    def _answer(self, key: _Key) -> _Outcome:
         """Return the state of a key's jog; raises the error that ended it, unless the border did."""
         task = self._task
-        if task is None or key != self._moved or task.cancelling() or task.cancelled():
-            return HeldJog(key.axis, key.direction, moving=False)
+        if task is None or not key.is_like(self._moved) or task.cancelling() or task.cancelled():
+            return _Outcome(key, moving=False)
         if not task.done():
-            return HeldJog(key.axis, key.direction, moving=True)
+            return _Outcome(key, moving=True)
         gone = task.result()
-        return HeldJog(key.axis, key.direction, moving=False, limit=gone.limit, reason=gone.reason)
+        return _Outcome(key, moving=False, limit=gone.limit, reason=gone.reason)
 
     def _renew(self) -> None:
         loop = asyncio.get_running_loop()

@@ -7,24 +7,32 @@ from typing import NamedTuple
 
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.motion.move import CoordinatedMove
-from maya_un.schema.robot import MotionView, PathPoint
+from maya_un.schema.robot import MotionView, NextStep, PathPoint
 
 POINTS = 33
 """Number of points of a path."""
 
 
 class MotionSnapshot(NamedTuple):
-    """The motion under way: its move as predicted now, and when it began [s, loop time]."""
+    """The motion under way: its move as predicted now, and when it began [s, loop time]; None at rest.
 
-    move: CoordinatedMove
-    began: float
+    `ahead` is the step after the running one.
+    """
+
+    move: CoordinatedMove | None
+    began: float | None
     mechanism: Mechanism
+    ahead: NextStep | None = None
 
     def view(self) -> MotionView:
         """Return it as a message, with points at equal ways along its path."""
-        return MotionView(self.began, tuple(self._point(number / (POINTS - 1)) for number in range(POINTS)))
+        move = self.move
+        if move is None:
+            return MotionView(next=self.ahead)
+        path = tuple(self._point(move, number / (POINTS - 1)) for number in range(POINTS))
+        return MotionView(self.began, path, self.ahead)
 
-    def _point(self, share: float) -> PathPoint:
-        way = share * self.move.profile.length
-        time, joints = self.move.profile.when(way), self.move.position_after(way)
+    def _point(self, move: CoordinatedMove, share: float) -> PathPoint:
+        way = share * move.profile.length
+        time, joints = move.profile.when(way), move.position_after(way)
         return PathPoint(None if time == inf else time, joints, self.mechanism.fk(joints))

@@ -6,7 +6,8 @@ decisions about interrupted jobs. The gate has checked the caller's role; this m
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import asyncio
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,10 @@ from maya_un.process.queue.editing import DEFAULT_OPTIONS, SubmitRequest
 from maya_un.process.spec.tasks import version_of
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.recording import SavingCause, TimeSpan
+from maya_un.recorder.scope import require_columns, sampled
 from maya_un.schema.jobs import JobLine, JobReport, QueueView
 from maya_un.schema.people import AuditLine
+from maya_un.schema.recordings import ScopeView
 from maya_un.schema.robot import EventMessage, Kept
 from maya_un.service.access.operations import LOCAL, Caller, Operation, Role, require, require_over
 from maya_un.service.computing import Computing
@@ -49,6 +52,20 @@ class RecordingService:
         if kept is None:
             raise InvalidRequest(key="recorder", reason="nothing is recorded here")
         return kept
+
+    async def scope(self, seconds: float, rate: float = 20.0, names: Sequence[str] = ()) -> ScopeView:
+        """Return the states of the last `seconds` [s, loop time] as columns, at most `rate` a second.
+
+        `names` are the columns, all without names. Raises `UnknownName`, and `InvalidRequest` if no recorder runs.
+        """
+        if self._recorder is None:
+            raise InvalidRequest(key="recorder", reason="nothing is recorded here")
+        require_columns(names)
+        loop, ring = asyncio.get_running_loop(), self._recorder.ring
+        now = loop.time()
+        states = ring.states_since(now - seconds)
+        columns = await loop.run_in_executor(None, sampled, states, rate, names)
+        return ScopeView(max(now - seconds, ring.oldest), now, self._recorder.speed, columns)
 
     def path(self, name: str) -> Path:
         """Return the file of a recording (MCAP); raises `NotFound`."""

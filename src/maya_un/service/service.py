@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from pathlib import Path
 from typing import Protocol, TypeVar
 
 import maya_un
@@ -18,7 +19,7 @@ from maya_un.config import Config
 from maya_un.config.model import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Busy, Cancelled, InternalError, LeaseLost, MayaError, NotFound, Stopped
+from maya_un.errors import Busy, Cancelled, CommandRejected, InternalError, LeaseLost, MayaError, NotFound, Stopped
 from maya_un.events import Event
 from maya_un.motion.move import CoordinatedMove
 from maya_un.process.journal.protocol import JobOptions, RequestOwner
@@ -33,10 +34,24 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
-from maya_un.schema.robot import HeldJog, Jogged, LinkView, Signals, Status, Table, TableView
+from maya_un.schema.robot import (
+    HeldJog,
+    Jogged,
+    LinkView,
+    NextStep,
+    Signals,
+    Status,
+    SteeredJog,
+    Table,
+    TableView,
+    TerminalReply,
+)
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
+from maya_un.service.calibration.service import CalibrationService
+from maya_un.service.computing import Computing
+from maya_un.service.configuring import ConfigService
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.people import LeaseService, UserService
@@ -44,8 +59,12 @@ from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone
 from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
 from maya_un.service.reachability import MarginSnapshot, reach_of
+from maya_un.service.twin import FaultInjector, TwinService
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
+
+MOST_REPLY = 20_000
+"""Maximum length of an answer in the terminal [characters]."""
 
 
 class TwinParts(Protocol):
@@ -67,7 +86,9 @@ class Service:
 
     `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
     book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
-    computed in `workers`, if given. `twin` has the parts of a twin in this process.
+    computed in `workers`, if given. `twin` has the parts of a twin in this process. The configuration of the next start
+    is written to `config_file`, if given. `faults` injects those of a twin. The points of a calibration are in the file
+    `measured_points`.
     """
 
     def __init__(  # noqa: PLR0913 - every part of the service is a parameter
@@ -84,6 +105,9 @@ class Service:
         recorder: Recorder | None = None,
         workers: Workers | None = None,
         twin: TwinParts | None = None,
+        config_file: Path | None = None,
+        faults: FaultInjector | None = None,
+        measured_points: Path | None = None,
     ) -> None:
         kept = PoseStore(controller.mechanism) if book is None else book
         self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
@@ -94,7 +118,8 @@ class Service:
         self._config = config
         self._address = address
         self._speed = speed
-        self._twin = twin
+        self._parts = twin
+        self._terminal = asyncio.Lock()
         self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
         self.direct = DirectCommands(process, robot, controller, self._held.halt)
         shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
@@ -103,6 +128,9 @@ class Service:
         self.lease = LeaseService(shared, self._held.halt)
         self.recorder = RecordingService(recorder, workers)
         self.users = UserService(shared, self._rights_ended)
+        self.configuring = ConfigService(config, config_file, Computing(workers))
+        self.faults = TwinService(faults)
+        self.calibration = CalibrationService(measured_points, controller, config, workers)
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 
     async def submit(
@@ -172,6 +200,15 @@ class Service:
         """
         self.require_free()
         return await self._held.hold(axis, direction, speed, press)
+
+    async def jog_vector(self, vector: tuple[float, float, float], *, press: str | None = None) -> SteeredJog:
+        """Jog the gripper straight along `vector`, whose length (0.01 to 1) is the share of the full speed.
+
+        It lasts as `jog_hold` does. The speed changes at once; for a direction that differs by more than 0.2 rad the
+        robot first comes to rest on its path. Raises as `jog` does, and `InvalidValue` for another length.
+        """
+        self.require_free()
+        return await self._held.steer(vector, press)
 
     async def jog_release(self, press: str | None = None) -> None:
         """Stop a held jog on its path, with `press` only that of this press; do nothing without one."""
@@ -267,6 +304,19 @@ class Service:
         """Return the quality of the link to the controller."""
         return self._controller.link(self._speed)
 
+    async def interrogate(self, command: str) -> TerminalReply:
+        """Return the controller's answer to a command that only reads, also while a motion or a job runs.
+
+        Such commands are sent one after another. Raises `TerminalReadsOnly` for any other text, `NotConnected`, and
+        `NotOverRos` where another process has the controller.
+        """
+        async with self._terminal:
+            try:
+                reply = await self._controller.interrogate(command)
+            except CommandRejected as error:
+                return TerminalReply(command, "", int(str(error.details["tc"])), str(error.details["reason"]))
+        return TerminalReply(command, reply[:MOST_REPLY])
+
     @property
     def move(self) -> CoordinatedMove | None:
         """The move under way; every change of its speed makes another one."""
@@ -274,25 +324,34 @@ class Service:
         return None if run is None else run.move
 
     def motion(self) -> MotionSnapshot | None:
-        """Return the motion under way, None at rest, in a homing, and where another process carries motions out."""
-        run = self._controller.run
-        return None if run is None else MotionSnapshot(run.move, run.began, self._controller.mechanism)
+        """Return the motion under way and the step after the running one, None without both.
+
+        No motion is known in a homing, and where another process carries motions out.
+        """
+        run, ahead = self._controller.run, self.next_step()
+        if run is None:
+            return None if ahead is None else MotionSnapshot(None, None, self._controller.mechanism, ahead)
+        return MotionSnapshot(run.move, run.began, self._controller.mechanism, ahead)
+
+    def next_step(self) -> NextStep | None:
+        """Return the step after the running one, None without one; another object once its path is computed."""
+        return self._process.ahead.look()
 
     def table(self) -> TableView:
         """Return the parts by name with their places [m], from the twin, or on a machine as jobs tell them."""
         holding = self._robot.holding
-        if self._twin is None:
+        if self._parts is None:
             believed = self._process.parts
             return TableView("believed", believed.places, believed.held if holding else None, holding)
-        carried = self._twin.carried
-        parts = {name: None if name == carried else place for name, place in self._twin.parts.items()}
+        carried = self._parts.carried
+        parts = {name: None if name == carried else place for name, place in self._parts.parts.items()}
         return TableView("twin", parts, carried, holding)
 
     async def twin(self) -> Table:
         """Return the positions of the parts on the table of the twin [m]; raises `NotFound` on a machine."""
-        if self._twin is None:
+        if self._parts is None:
             raise NotFound(what="twin", number="on a real machine")
-        return Table(dict(self._twin.parts))
+        return Table(dict(self._parts.parts))
 
     def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""
@@ -403,7 +462,7 @@ T = TypeVar("T")
 OnAudit = Callable[[Caller, Operation, int, str], None]
 """Called for every passed or refused operation, with the error code or 0, and its subject."""
 
-QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW})
+QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW, Operation.DIAGNOSE})
 """Operations that the audit log leaves out, because they change nothing."""
 
 

@@ -14,7 +14,7 @@ from maya_un.errors import InvalidValue, MayaError, PathRefused, Stopped, Unknow
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.kinematics.zones import Box
 from maya_un.schema.robot import Jogged
-from maya_un.values import JOG_AXES, Joints, Mode, Point
+from maya_un.values import JOG_AXES, JogDirection, Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.unit.controller.bench import FAR, HERE, commands_in, homed
 from tests.virtual_time import elapse
@@ -29,7 +29,7 @@ CLOSE = MARGIN + TOLERANCE + 1e-6
 """A jog that a limit ends comes to rest at most this far before it."""
 
 
-def jogged(axis: str, way: float, here: Joints = HERE, workspace: Workspace = WORKSPACE) -> Jogged:
+def jogged(axis: JogDirection, way: float, here: Joints = HERE, workspace: Workspace = WORKSPACE) -> Jogged:
     return JOGGING.within(workspace, axis, here, way)
 
 
@@ -37,6 +37,14 @@ def jogged(axis: str, way: float, here: Joints = HERE, workspace: Workspace = WO
 @pytest.mark.parametrize("way", [0.05, -0.05, 0.0])
 def test_possible_jog_is_done_in_full(axis: str, way: float) -> None:
     assert jogged(axis, way) == Jogged(axis, way)
+
+
+@pytest.mark.parametrize("way", [0.05, 9.0, -9.0])
+@pytest.mark.parametrize("axis", ["x", "y", "z", "r"])
+def test_jog_along_a_vector_goes_as_far_as_the_one_along_its_axis(axis: str, way: float) -> None:
+    by_name = jogged(axis, way)
+    x, y, z = JogLine.along(axis, HERE, MECHANISM).direction
+    assert jogged((x, y, z), way) == replace(by_name, axis="")
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.metrics import Metrics
 from maya_un.http.middleware import OriginPolicy
 from maya_un.process.journal.protocol import Filter, JobOptions
-from maya_un.schema.robot import EventMessage, HeldJog, Jogged
+from maya_un.schema.robot import EventMessage, HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Caller
 from maya_un.service.service import Service
 from maya_un.values import State, StopReport
@@ -101,6 +101,10 @@ class ServiceStandIn:
     async def jog_hold(self, axis: str, direction: int, *, speed: float, press: str | None) -> HeldJog:
         self._note("jog_hold", axis, direction, speed, press)
         return HeldJog(axis, direction, moving=True)
+
+    async def jog_vector(self, vector: tuple[float, float, float], *, press: str | None) -> SteeredJog:
+        self._note("jog_vector", vector, press)
+        return SteeredJog(vector, moving=True)
 
     async def jog_release(self, press: str | None) -> None:
         self._note("jog_release", press)

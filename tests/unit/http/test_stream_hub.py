@@ -367,7 +367,7 @@ async def test_motion_is_shown_when_another_move_is_under_way() -> None:
         ear, reader = here.reader()
         here.hub.show(reader, MOTION, wanted=True)
         await elapse(1.0)
-        nothing = {"type": "motion", "motion": {"began": None, "path": []}}
+        nothing = {"type": "motion", "motion": {"began": None, "path": [], "next": None}}
         assert ear.heard == [nothing]
         here.watched.count()
         await elapse(1.0)

@@ -119,6 +119,19 @@ def test_answer_is_that_of_http(method: str, path: str, body: object) -> None:
     run_story(story)
 
 
+def test_answer_has_the_language_of_its_request() -> None:
+    async def story(_: Robot, client: Client, http: httpx.AsyncClient) -> None:
+        sentences = []
+        for language in ("es", "en"):
+            got = await client.ask("request", method="GET", path="/v1/nothing", language=language)
+            same = await http.get("/v1/nothing", headers={"Accept-Language": language})
+            assert got["body"]["detail"] == same.json()["detail"]
+            sentences.append(got["body"]["detail"])
+        assert sentences[0] != sentences[1]
+
+    run_story(story)
+
+
 def test_post_is_the_method_of_a_request_without_one() -> None:
     async def story(_: Robot, client: Client, __: httpx.AsyncClient) -> None:
         await client.say("request", path="/v1/stop")
@@ -138,6 +151,7 @@ def test_post_is_the_method_of_a_request_without_one() -> None:
         ({"path": "/v1/stop", "method": "TRACE"}, "method"),
         ({"path": "/v1/stop", "method": ["GET"]}, "method"),
         ({"path": "/v1/stop", "lease": 3}, "lease"),
+        ({"path": "/v1/stop", "language": 3}, "language"),
         ({"path": "/v1/stop", "headers": {}}, "headers"),
     ],
 )

@@ -25,7 +25,7 @@ def test_a_replay_finds_the_machine_in_it() -> None:
 
 def test_only_sections_of_the_machine_go_into_it() -> None:
     sections = set(RecordingOrigin.of(Config(), "sim").config)
-    assert sections == set(Config().model_dump()) - {"coms", "recorder", "storage"}
+    assert sections == set(Config().model_dump()) - {"camera", "coms", "recorder", "storage"}
 
 
 def test_it_names_the_software_and_not_the_host() -> None:

@@ -26,15 +26,15 @@ from tests.virtual_time import elapse, turn
 NEEDS = {
     "viewer": "read preview stop abort me",
     "student": "propose pause lease renew command jog resume speed step",
-    "operator": "submit cancel approve drive teach record recover restart clear zones graph",
-    "admin": "break backup audit users",
+    "operator": "submit cancel approve drive teach record recover restart clear zones graph diagnose inject calibrate",
+    "admin": "break backup audit users terminal configure",
 }
 """The least role of every operation."""
 
 ELSE = {"change job": "operator"}
 """Those of two words."""
 
-DRIVES = {"command", "jog", "resume", "speed", "step", "recover", "restart", "zones"}
+DRIVES = {"command", "jog", "resume", "speed", "step", "recover", "restart", "zones", "terminal"}
 """Operations that need the lease."""
 
 RANK = ["viewer", "student", "operator", "admin"]
@@ -146,7 +146,7 @@ async def test_the_matrix(situation: str, implicit: bool) -> None:
                 expected = 4102
             assert code == expected, f"{role.word} asks for {operation}: {code}"
             assert gate_case.done == ([operation.value] if code == 0 else [])
-            quiet = operation.value in {"read", "preview", "renew"}
+            quiet = operation.value in {"read", "preview", "renew", "diagnose"}
             assert gate_case.told == ([] if quiet else [("ann", operation.value, code, "job 17")])
 
 

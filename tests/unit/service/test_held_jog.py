@@ -5,15 +5,19 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from itertools import cycle
+from math import hypot
 
 import pytest
 
+from maya_un.config.model import parse_zone
 from maya_un.controller.planner import MARGIN, TOLERANCE
 from maya_un.errors import Busy, InvalidValue, MayaError, NotHomed, Stopped, UnknownName
-from maya_un.schema.robot import HeldJog
+from maya_un.kinematics.zones import zone_of
+from maya_un.schema.robot import HeldJog, SteeredJog
 from maya_un.service.direct import PATIENCE, HeldJogs
 from maya_un.testing import Rig, rig
-from maya_un.values import Mode
+from maya_un.values import Mode, Point
 from tests.unit.controller.bench import HERE, commands_in, homed, now, still_moving
 from tests.virtual_time import elapse
 
@@ -226,3 +230,178 @@ async def test_one_press_may_change_direction_and_speed() -> None:
     async with held() as (_, jogs):
         await jogs.hold("b", 1, 1.0, "first")
         assert (await jogs.hold("b", -1, 0.5, "first")).moving
+
+
+def point(bench: Rig) -> Point:
+    """Return the gripper point by the mechanics' own record [m]."""
+    bench.virtual.sync()
+    return Point(*bench.mechanics.gripper_point())
+
+
+def starts(bench: Rig) -> int:
+    """Return how many motions have begun."""
+    return commands_in(bytes(bench.sent)).count("BGS")
+
+
+def ratios(bench: Rig) -> list[str]:
+    """Return the speed ratios that were commanded."""
+    return [command for command in commands_in(bytes(bench.sent)) if command.startswith("VR ")]
+
+
+async def steer(jogs: HeldJogs, seconds: float, *vectors: tuple[float, float, float]) -> SteeredJog:
+    """Hold a stick for so long, which wavers between vectors; return the last answer."""
+    until, ahead = now() + seconds, cycle(vectors)
+    answer = await jogs.steer(next(ahead), "stick")
+    while now() < until:
+        await elapse(0.1)
+        answer = await jogs.steer(next(ahead), "stick")
+    return answer
+
+
+async def way(bench: Rig, jogs: HeldJogs, seconds: float, *vectors: tuple[float, float, float]) -> Point:
+    """Return how far the gripper goes while a stick is held [m]."""
+    before = point(bench)
+    assert (await steer(jogs, seconds, *vectors)).moving
+    after = point(bench)
+    return Point(after.x - before.x, after.y - before.y, after.z - before.z)
+
+
+@pytest.mark.parametrize("vector", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (-0.48, -0.64, 0.6), (0.3, 0.4, 0.0)])
+async def test_stick_moves_the_gripper_straight_along_its_vector(vector: tuple[float, float, float]) -> None:
+    async with held() as (bench, jogs):
+        gone = await way(bench, jogs, 3.0, vector)
+        length = hypot(*gone)
+        assert length > 0.01
+        assert [one / length for one in gone] == pytest.approx([one / hypot(*vector) for one in vector], abs=0.02)
+        assert starts(bench) == 1
+
+
+async def test_length_of_the_vector_scales_the_speed_at_once_and_without_a_stop() -> None:
+    async with held() as (bench, jogs):
+        for length in (0.2, 0.8, 0.1):
+            await steer(jogs, 3.0, (0.0, 0.0, length))
+            run = bench.controller.run
+            assert run is not None
+            predicted = run.move.position_at(now() - run.began)
+            point(bench)
+            assert bench.mechanics.true_joints() == pytest.approx(predicted, abs=1e-3)
+        assert ratios(bench) == ["VR 0.2", "VR 0.8", "VR 0.1"]
+        assert starts(bench) == 1
+        assert bench.controller.state.override == 1.0
+
+
+async def test_small_change_of_speed_sends_nothing() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 2.0, (0.0, 0.0, 0.5), (0.0, 0.0, 0.515), (0.0, 0.0, 0.49))
+        assert ratios(bench) == ["VR 0.5"]
+
+
+async def test_speed_of_a_stick_does_not_outlast_it() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 2.0, (0.0, 0.0, 0.1))
+        await jogs.release("stick")
+        await bench.controller.move(HERE)
+        assert ratios(bench) == ["VR 0.1", "VR 1"]
+        assert not await bench.controller.jog_speed(0.5)
+
+
+async def test_override_and_pause_hold_for_a_stick_too() -> None:
+    async with held() as (bench, jogs):
+        await bench.controller.override(0.5)
+        await steer(jogs, 2.0, (0.0, 0.0, 0.4))
+        await bench.controller.override(1.0)
+        await steer(jogs, 1.0, (0.0, 0.0, 0.4))
+        await bench.controller.pause()
+        await steer(jogs, 3.0, (0.0, 0.0, 0.3))
+        stands = point(bench)
+        await steer(jogs, 1.0, (0.0, 0.0, 0.2))
+        assert point(bench) == pytest.approx(stands, abs=1e-6), "another speed ended the pause"
+        await bench.controller.resume()
+        await steer(jogs, 1.0, (0.0, 0.0, 0.2))
+        assert point(bench).z > stands.z + 1e-3
+        assert list(dict.fromkeys(ratios(bench))) == ["VR 0.2", "VR 0.4", "VR 0"]
+        assert ratios(bench)[-1] == "VR 0.2"
+
+
+async def test_stick_that_trembles_moves_in_the_direction_of_its_beginning() -> None:
+    async with held() as (bench, jogs):
+        gone = await way(bench, jogs, 3.0, (0.0, 0.0, 0.5), (0.09, 0.0, 0.5), (0.0, -0.09, 0.51))
+        assert starts(bench) == 1
+        assert hypot(gone.x, gone.y) < 0.01 * gone.z
+
+
+async def test_another_direction_begins_when_the_robot_is_at_rest() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 3.0, (0.0, 0.0, 1.0))
+        begun = now()
+        assert (await jogs.steer((0.6, 0.0, 0.8), "stick")).moving
+        assert now() - begun > 0.1, "it did not brake first"
+        await steer(jogs, 1.0, (0.6, 0.0, 0.8))
+        gone = await way(bench, jogs, 1.0, (0.6, 0.0, 0.8))
+        assert gone.x / gone.z == pytest.approx(0.75, abs=0.03)
+        assert starts(bench) == 2
+
+
+async def test_stick_rests_at_the_border_and_names_it() -> None:
+    async with held() as (bench, jogs):
+        answer = await steer(jogs, 60.0, (0.0, 0.0, 1.0))
+        assert (answer.moving, bool(answer.limit), bool(answer.reason)) == (False, True, True)
+        assert bench.controller.workspace.why_not(point(bench)) is None
+        assert still_moving(bench) == 0.0
+        assert (await steer(jogs, 1.0, (0.0, 0.0, -1.0))).moving
+
+
+async def test_stick_does_not_enter_a_zone() -> None:
+    async with held() as (bench, jogs):
+        x, y, z = point(bench)
+        box = {"name": "lid", "kind": "box", "low": [x - 0.3, y - 0.3, 0.0], "high": [x + 0.3, y + 0.3, z - 0.25]}
+        bench.controller.set_zones([zone_of(parse_zone(box))])
+        answer = await steer(jogs, 40.0, (0.0, 0.0, -1.0))
+        assert (answer.moving, answer.limit) == (False, "zone")
+        assert point(bench).z > z - 0.25
+
+
+async def test_stick_that_is_not_renewed_stops_and_its_press_is_over() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 3.0, (0.0, 0.0, 0.5))
+        last = now()
+        while still_moving(bench) > 0.0:
+            await elapse(0.01)
+        assert now() - last <= PATIENCE + LONGEST_BRAKING + 0.05
+        assert not (await jogs.steer((0.0, 0.0, 0.5), "stick")).moving
+        assert starts(bench) == 1
+
+
+async def test_late_vector_after_its_release_moves_nothing() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 1.0, (0.0, 0.0, 0.5))
+        await jogs.release("stick")
+        for length in (0.5, 0.9):
+            assert not (await jogs.steer((0.0, 0.0, length), "stick")).moving
+        assert starts(bench) == 1
+
+
+async def test_stop_of_another_user_ends_it_until_the_stick_is_released() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 2.0, (0.0, 0.0, 0.5))
+        jogs.halt()
+        for length in (0.5, 0.2, 0.9):
+            assert not (await steer(jogs, 1.0, (0.0, 0.0, length))).moving
+        assert starts(bench) == 1
+        assert (await jogs.steer((0.0, 0.0, 0.5), "another press")).moving
+
+
+@pytest.mark.parametrize("vector", [(0.0, 0.0, 0.0), (0.0, 0.0, 0.009), (0.8, 0.8, 0.0)])
+async def test_vector_of_another_length_is_refused(vector: tuple[float, float, float]) -> None:
+    async with held() as (bench, jogs):
+        with pytest.raises(InvalidValue):
+            await jogs.steer(vector)
+        assert starts(bench) == 0
+
+
+async def test_answer_tells_the_vector_that_the_robot_follows() -> None:
+    async with held() as (_, jogs):
+        await jogs.steer((0.3, 0.4, 0.0))
+        answer = await jogs.steer((0.58, 0.8, 0.0))
+        assert answer.moving
+        assert answer.vector == pytest.approx((0.593, 0.790, 0.0), abs=0.01)

@@ -10,6 +10,8 @@ export interface Options<Name extends OperationName> {
   path?: Record<string, string | number>;
   query?: Record<string, Value>;
   body?: Operations[Name]["body"];
+  /** The answer is large: it comes over HTTP, so that it delays no state on the stream. */
+  large?: boolean;
 }
 
 /** Messages of the stream may have 64 kB; longer requests go over HTTP. */
@@ -28,8 +30,8 @@ export async function ask<Name extends OperationName>(
   const [method, template] = name.split(" ") as [string, string];
   const target = filled(template, options.path) + queried(options.query);
   const text = options.body === undefined ? "" : JSON.stringify(options.body);
-  if (stream.ready && text.length < LONGEST_MESSAGE) {
-    return (await stream.request(method, target, options.body, leaseId.value)) as Operations[Name]["answer"];
+  if (!options.large && stream.ready && text.length < LONGEST_MESSAGE) {
+    return (await stream.request(method, target, options.body, leaseId.value, language.value)) as Operations[Name]["answer"];
   }
   return (await over(method, target, text)) as Operations[Name]["answer"];
 }
@@ -37,8 +39,13 @@ export async function ask<Name extends OperationName>(
 /** Fetches a file over HTTP and offers it for download: its token cannot be part of a link. */
 export async function download(target: string, name: string, method = "GET"): Promise<void> {
   const answer = await fetched(target, { method, headers: headers(language.value) });
+  save(await answer.blob(), name);
+}
+
+/** Offers data of the page as a file for download. */
+export function save(data: Blob, name: string): void {
   const link = document.createElement("a");
-  link.href = URL.createObjectURL(await answer.blob());
+  link.href = URL.createObjectURL(data);
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);

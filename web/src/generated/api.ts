@@ -3,6 +3,12 @@ export interface Aborted {
   aborted: true;
 }
 
+export interface ActiveFault {
+  fault: string;
+  values: Record<string, number | boolean | string>;
+  seconds: number | null;
+}
+
 export interface Again {
   from_step?: number | null;
 }
@@ -70,6 +76,42 @@ export interface Broken {
   text: string;
 }
 
+export interface CalibrationFit {
+  constants: (FittedConstant)[];
+  correlations: ((number)[])[];
+  noise: number;
+  rms_before: number;
+  rms_after: number;
+  measured: number;
+  used: number;
+  outliers: (number)[];
+  line_difference: LineDifferenceView | null;
+  words: (string)[];
+  residuals: (PointResidual)[];
+  keys: Record<string, number>;
+  toml: string;
+}
+
+export interface CalibrationPoint {
+  row: number;
+  counts: [number, number, number];
+  joints: Joints;
+  measured: Point;
+  expected: Point;
+  off: number;
+}
+
+export interface CalibrationView {
+  path: string;
+  points: (CalibrationPoint)[];
+  extendable: boolean;
+  fit: CalibrationFit | null;
+}
+
+export interface CameraConfig {
+  url: string;
+}
+
 export interface CellConfig {
   grasp_height: number;
   clearance: number;
@@ -110,7 +152,33 @@ export interface Config {
   recorder: RecorderConfig;
   storage: StorageConfig;
   coms: ComsConfig;
+  camera: CameraConfig;
   zones: (BoxConfig | CylinderConfig | HalfSpaceConfig)[];
+}
+
+export interface ConfigCheck {
+  mistakes: (SettingMistake)[];
+  from_now: (SettingDifference)[];
+  from_default: (SettingDifference)[];
+}
+
+export interface ConfigRequest {
+  text?: string;
+  settings?: Record<string, unknown>;
+}
+
+export interface ConfigSchema {
+  sections: (ConfigSectionInfo)[];
+  settings: (SettingInfo)[];
+}
+
+export interface ConfigSectionInfo {
+  name: string;
+  description: Record<string, string>;
+}
+
+export interface ControllerCommand {
+  command: string;
 }
 
 export interface ControllerConfig {
@@ -144,6 +212,10 @@ export interface CylinderConfigRequest {
   lines?: boolean;
 }
 
+export interface Diagnosis {
+  findings: (FoundByDoctor)[];
+}
+
 export interface Distance {
   limit: string;
   zone: string;
@@ -166,6 +238,47 @@ export interface ExampleJob {
   text: string;
 }
 
+export interface FaultKind {
+  name: string;
+  words: string;
+  lasts: boolean;
+  parameters: (FaultParameter)[];
+}
+
+export interface FaultParameter {
+  name: string;
+  default: number | boolean | string;
+  unit: string;
+  words: string;
+  minimum: number | null;
+  maximum: number | null;
+  choices: (string)[];
+}
+
+export interface FaultRequest {
+  values?: Record<string, number | boolean | string> | null;
+  seconds?: number | null;
+}
+
+export interface FaultsOfTwin {
+  kinds: (FaultKind)[];
+  active: (ActiveFault)[];
+}
+
+export type FindingOutcome = "ok" | "warn" | "fail" | "skipped";
+
+export interface FitRequest {
+  hold?: (string)[] | null;
+}
+
+export interface FittedConstant {
+  name: string;
+  now: number;
+  fitted: number;
+  error: number | null;
+  held: boolean;
+}
+
 export interface ForEach {
   for_each: string;
   do: (Step)[];
@@ -173,6 +286,15 @@ export interface ForEach {
 
 export interface Forgotten {
   forgotten: string;
+}
+
+export interface FoundByDoctor {
+  check: "configuration" | "service" | "version" | "robot" | "lease" | "queue" | "controller" | "owner" | "torque" | "firmware" | "handles" | "limits" | "program" | "motors" | "memory" | "controller clock" | "storage" | "disk" | "ports" | "clock" | "certificate" | "ROS" | "supervisors";
+  outcome: FindingOutcome;
+  key: string;
+  meaning: string;
+  remedy: string;
+  details: Record<string, unknown>;
 }
 
 export interface Geometry {
@@ -352,6 +474,13 @@ export interface JogRelease {
   axis?: unknown;
   direction?: unknown;
   speed?: unknown;
+  vector?: unknown;
+}
+
+export interface JogVector {
+  vector: [number, number, number];
+  hold: true;
+  press?: string | null;
 }
 
 export interface Jogged {
@@ -389,6 +518,11 @@ export interface LeaseView {
   yours: boolean;
 }
 
+export interface LineDifferenceView {
+  value: number;
+  error: number;
+}
+
 export interface LinkView {
   up: boolean;
   reply: number | null;
@@ -396,6 +530,17 @@ export interface LinkView {
   records: number | null;
   age: number | null;
   losses: number | null;
+}
+
+export interface LogEntry {
+  time: string;
+  level: string;
+  kind: string;
+  text: string;
+  code: number;
+  run: number;
+  seq: number;
+  detail?: Record<string, unknown>;
 }
 
 export interface Me {
@@ -406,11 +551,16 @@ export interface Me {
   users: boolean;
 }
 
+export interface MeasuredPoint {
+  point: [number, number, number];
+}
+
 export type Mode = "disconnected" | "not_homed" | "homing" | "idle" | "moving" | "paused" | "stopping" | "fault";
 
 export interface MotionView {
   began: number | null;
   path: (PathPoint)[];
+  next: NextStep | null;
 }
 
 export interface Moving {
@@ -443,6 +593,15 @@ export interface NewToken {
   token: string;
   note: string;
   expires: string;
+}
+
+export interface NextStep {
+  job: number;
+  step: number;
+  label: string;
+  primitive: string;
+  target: [number, number, number] | boolean | null;
+  points: (Point)[];
 }
 
 export interface Notice {
@@ -489,6 +648,13 @@ export interface Permissions {
 export type PhasePreview = [string, number | null];
 
 export type Point = [number, number, number];
+
+export interface PointResidual {
+  row: number;
+  before: Point;
+  after: Point;
+  used: boolean;
+}
 
 export interface Points {
   points: ([number, number, number])[];
@@ -631,7 +797,42 @@ export interface Scale {
   pulses_per_degree: number;
 }
 
+export interface ScopeView {
+  begin: number;
+  end: number;
+  speed: number;
+  columns: Record<string, RecordedColumn>;
+}
+
 export type SectionPoint = [number, number];
+
+export interface SettingDifference {
+  name: string;
+  before: unknown;
+  after: unknown;
+}
+
+export interface SettingInfo {
+  name: string;
+  section: string;
+  type: string;
+  unit: string;
+  description: Record<string, string>;
+  default: unknown;
+  optional: boolean;
+  minimum: number | null;
+  exclusive_minimum: number | null;
+  maximum: number | null;
+  exclusive_maximum: number | null;
+  choices: (unknown)[];
+  pattern: string | null;
+}
+
+export interface SettingMistake {
+  name: string;
+  value: string;
+  reason: string;
+}
 
 export interface Signals {
   time: number;
@@ -682,6 +883,13 @@ export interface Status {
   last_event: number;
   run: number;
   queue: QueueMode;
+  reason: string;
+}
+
+export interface SteeredJog {
+  vector: [number, number, number];
+  moving: boolean;
+  limit: string;
   reason: string;
 }
 
@@ -760,6 +968,13 @@ export interface TaughtPose {
   taught: string;
 }
 
+export interface TerminalReply {
+  command: string;
+  reply: string;
+  code: number;
+  reason: string;
+}
+
 export interface TokenLine {
   id: string;
   user: string;
@@ -825,6 +1040,9 @@ export interface Operations {
   "GET /v1/twin": { body: undefined; answer: Table };
   "GET /v1/table": { body: undefined; answer: TableView };
   "GET /v1/config": { body: undefined; answer: Config };
+  "PUT /v1/config": { body: ConfigRequest; answer: ConfigCheck };
+  "GET /v1/config/schema": { body: undefined; answer: ConfigSchema };
+  "POST /v1/config/check": { body: ConfigRequest; answer: ConfigCheck };
   "GET /v1/reach": { body: undefined; answer: Reach };
   "POST /v1/reach": { body: Points; answer: Reachability };
   "GET /v1/workspace": { body: undefined; answer: WorkspaceShape };
@@ -853,7 +1071,7 @@ export interface Operations {
   "POST /v1/jobs/{job}/release": { body: undefined; answer: JobLine };
   "POST /v1/jobs/{job}/move": { body: Moving; answer: JobLine };
   "POST /v1/jobs/{job}/again": { body: Again; answer: JobLine };
-  "POST /v1/jog": { body: JogBy | JogHold | JogRelease; answer: Jogged | HeldJog | Released };
+  "POST /v1/jog": { body: JogBy | JogHold | JogVector | JogRelease; answer: Jogged | HeldJog | SteeredJog | Released };
   "POST /v1/stop": { body: undefined; answer: StopReport };
   "POST /v1/abort": { body: undefined; answer: Aborted };
   "POST /v1/pause": { body: undefined; answer: StopReport };
@@ -898,18 +1116,31 @@ export interface Operations {
   "GET /v1/recordings/{name}/csv": { body: undefined; answer: undefined };
   "GET /v1/audit": { body: undefined; answer: (AuditLine)[] };
   "POST /v1/backup": { body: undefined; answer: undefined };
+  "GET /v1/logs": { body: undefined; answer: (LogEntry)[] };
+  "GET /v1/doctor": { body: undefined; answer: Diagnosis };
+  "POST /v1/terminal": { body: ControllerCommand; answer: TerminalReply };
+  "GET /v1/scope": { body: undefined; answer: ScopeView };
+  "GET /v1/calibration": { body: undefined; answer: CalibrationView };
+  "DELETE /v1/calibration": { body: undefined; answer: CalibrationView };
+  "POST /v1/calibration/points": { body: MeasuredPoint; answer: CalibrationView };
+  "DELETE /v1/calibration/points/{row}": { body: undefined; answer: CalibrationView };
+  "POST /v1/calibration/fit": { body: FitRequest; answer: CalibrationFit };
+  "GET /v1/twin/faults": { body: undefined; answer: FaultsOfTwin };
+  "DELETE /v1/twin/faults": { body: undefined; answer: FaultsOfTwin };
+  "PUT /v1/twin/faults/{name}": { body: FaultRequest; answer: FaultsOfTwin };
+  "DELETE /v1/twin/faults/{name}": { body: undefined; answer: FaultsOfTwin };
 }
 
 /** The value of each topic of the stream. */
 export interface Topics {
-  queue: QueueView;
-  motion: MotionView;
-  link: LinkView;
+  queue: { mode: QueueMode; reason: string; by: string; since: string; running: JobLine | null; waiting: (JobLine)[]; counts: Record<string, number>; finish_at: string | null; recovery: Recovery | null; estimated?: boolean; };
+  motion: { began?: number | null; path?: (PathPoint)[]; next?: NextStep | null; };
+  link: { up: boolean; reply?: number | null; late_reply?: number | null; records?: number | null; age?: number | null; losses?: number | null; };
   signals: Signals | null;
-  margins: NearestLimits;
-  table: TableView;
-  can: Permissions;
+  margins: { nearest?: (Distance)[]; };
+  table: { source: "twin" | "believed"; parts: Record<string, Point | null>; carried: string | null; holding: boolean | null; };
+  can: { actions: Record<string, Notice | null>; };
 }
 
 /** The actions of `Permissions`. */
-export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "teach" | "zones" | "take lease" | "break lease" | "record" | "back up" | "read audit" | "manage users";
+export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";

@@ -17,7 +17,7 @@ export interface StepChart {
   lines: readonly { value: number; height: number }[];
 }
 
-/** Returns round values from 0 up to the longest duration: three to six of them. */
+/** Returns round values from 0 up to the longest duration, at most six of them. */
 export function roundValues(longest: number): readonly number[] {
   if (!(longest > 0)) return [0];
   const rough = longest / 4;

@@ -2,8 +2,16 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Config, MotionView, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
+import { meeting } from "../machine/kinematics.ts";
+import type { Zone } from "../drive/plan.ts";
+import { colourOf } from "./colours.ts";
+import { PlacesLayer } from "./places.ts";
+import { bodyOf, glass } from "./zones.ts";
 
 export type View = "perspective" | "top" | "side";
+
+/** What the picture needs of a state. One that is not `moving` is drawn as it is, and never continued. */
+export type Pose = Pick<State, "joints" | "point" | "velocity" | "moving" | "gripper_closed">;
 
 /** The longest time for which a motion is continued beyond the last state [s]. */
 const FORESIGHT = 0.075;
@@ -29,9 +37,12 @@ export class RobotView {
   private readonly workspace = new THREE.Group();
   private readonly zones = new THREE.Group();
   private readonly parts = new THREE.Group();
+  /** Taught places, and a zone that is being entered. */
+  readonly places = new PlacesLayer(() => this.request());
   private fingers: THREE.Mesh[] = [];
   private readonly track: { at: number; x: number; y: number; z: number }[] = [];
-  private latest: { state: State; at: number } | null = null;
+  private latest: { state: Pose; at: number } | null = null;
+  private given: readonly (readonly [number, number, number])[] | null = null;
   private tension: [number, number] | null = null;
   private asked = 0;
   private drawn = 0;
@@ -59,7 +70,7 @@ export class RobotView {
     this.planned = dashed(64);
     this.trace = new THREE.Line(buffered(MOST_TRACE), new THREE.LineBasicMaterial());
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x445566, 2.2), sun());
-    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts);
+    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts, this.places.group);
     this.build();
     this.paint();
     this.show("perspective");
@@ -80,14 +91,20 @@ export class RobotView {
   }
 
   /** Shows a state; null when the connection is lost. Before homing the lines and the gripper have no known place. */
-  setState(state: State | null): void {
+  setState(state: Pose | null): void {
     const before = this.latest;
     this.latest = state === null ? null : { state, at: performance.now() };
-    if (state?.point && this.placeChanged(state)) {
+    if (state?.point && this.given === null && this.placeChanged(state)) {
       const [x, y, z] = state.point;
       this.track.push({ at: performance.now(), x, y, z });
     }
     if (state === null && before === null) return;
+    this.request();
+  }
+
+  /** Draws these points as the trace, instead of the places of the last seconds. */
+  setTrace(points: readonly (readonly [number, number, number])[]): void {
+    this.given = points;
     this.request();
   }
 
@@ -146,23 +163,12 @@ export class RobotView {
   }
 
   /** Draws the zones to keep out of. */
-  setZones(zones: Config["zones"]): void {
+  setZones(zones: readonly Zone[]): void {
     this.zones.clear();
-    const material = new THREE.MeshLambertMaterial({ color: token("warn"), transparent: true, opacity: 0.22, depthWrite: false });
     for (const zone of zones) {
-      if (zone.kind === "box") {
-        const [low, high] = [zone.low, zone.high];
-        const size = [0, 1, 2].map((i) => Math.min(4, high[i as 0] - low[i as 0])) as [number, number, number];
-        const box = new THREE.Mesh(new THREE.BoxGeometry(...size), material);
-        box.position.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
-        this.zones.add(box);
-      } else if (zone.kind === "cylinder") {
-        const height = Math.min(4, zone.high - zone.low);
-        const cylinder = new THREE.Mesh(new THREE.CylinderGeometry(zone.radius, zone.radius, height, 32), material);
-        cylinder.rotation.x = Math.PI / 2;
-        cylinder.position.set(zone.x, zone.y, zone.low + height / 2);
-        this.zones.add(cylinder);
-      }
+      const body = bodyOf(zone, glass(token("warn"), 0.22));
+      body.userData["token"] = "warn";
+      this.zones.add(body);
     }
     this.request();
   }
@@ -201,7 +207,7 @@ export class RobotView {
     this.request();
   }
 
-  private placeChanged(state: State): boolean {
+  private placeChanged(state: Pose): boolean {
     const last = this.track.at(-1);
     if (!last || !state.point) return true;
     return Math.hypot(state.point[0] - last.x, state.point[1] - last.y, state.point[2] - last.z) > 5e-4;
@@ -283,8 +289,9 @@ export class RobotView {
     const ahead = Math.min((performance.now() - latest.at) / 1000, FORESIGHT) * this.clockSpeed;
     const speeds = latest.state.moving ? velocity : [0, 0, 0];
     const [a, b, c] = [0, 1, 2].map((i) => (joints[i as 0] ?? 0) + (speeds[i] ?? 0) * ahead) as [number, number, number];
-    const place = this.meeting(a, b, c);
-    if (place === null) return false;
+    const met = meeting(this.config.geometry, a, b, c);
+    if (met === null) return false;
+    const place = new THREE.Vector3(...met);
     this.boom.rotation.z = -a;
     const { height, delta, length, gripper_height: hang } = this.config.geometry;
     [delta, length].forEach((d, i) => {
@@ -302,16 +309,6 @@ export class RobotView {
     return latest.state.moving && performance.now() - latest.at < FORESIGHT * 1000;
   }
 
-  private meeting(a: number, b: number, c: number): THREE.Vector3 | null {
-    const { height, delta, length } = this.config.geometry;
-    const width = length - delta;
-    const u = width / 2 + ((b - c) * (b + c)) / (2 * width);
-    const square = (b - u) * (b + u);
-    if (square < 0) return null;
-    const d = delta + u;
-    return new THREE.Vector3(d * Math.sin(a), d * Math.cos(a), height - Math.sqrt(square));
-  }
-
   private colourOfTension(line: 0 | 1): THREE.Color {
     const calm = new THREE.Color(token("c2"));
     const value = this.tension?.[line] ?? 0;
@@ -320,6 +317,10 @@ export class RobotView {
   }
 
   private drawTrace(): void {
+    if (this.given !== null) {
+      fill(this.trace, this.given);
+      return;
+    }
     const since = performance.now() - TRACE_SECONDS * 1000;
     while (this.track.length > MOST_TRACE || (this.track[0]?.at ?? since) < since) this.track.shift();
     fill(this.trace, this.track.map((one) => [one.x, one.y, one.z]));
@@ -393,15 +394,3 @@ function grid(side: number, step: number, name: string, opacity: number): THREE.
   lines.userData["token"] = name;
   return lines;
 }
-
-const COLOURS: Record<string, string> = { red: "#e0563f", rojo: "#e0563f", green: "#4f9f3f", verde: "#4f9f3f", blue: "#3f86d8", azul: "#3f86d8", yellow: "#e0b83f", amarillo: "#e0b83f", purple: "#a86bd8", white: "#dfe4e8", black: "#3a3f45" };
-
-/** Returns the colour of a part: that of a colour word in its name, else one from the name. */
-function colourOf(name: string): string {
-  const word = Object.keys(COLOURS).find((one) => name.toLowerCase().includes(one));
-  if (word !== undefined) return COLOURS[word] as string;
-  let sum = 0;
-  for (const letter of name) sum = (sum * 31 + letter.charCodeAt(0)) % 360;
-  return `hsl(${sum} 45% 55%)`;
-}
-

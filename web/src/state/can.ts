@@ -2,6 +2,7 @@ import { computed, ref, shallowRef, watch } from "vue";
 import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
 import type { Action, LeaseView, Me, Notice, Status } from "../generated/api.ts";
+import { translated } from "../words/errors.ts";
 import { language } from "../words/index.ts";
 import { connection, events, queue, state } from "./robot.ts";
 
@@ -61,7 +62,7 @@ watch(
 /** Returns why an action is not possible now, "" if it is. */
 export function whyNot(action: Action): string {
   const notice = can.value[action];
-  return notice?.message ?? "";
+  return notice ? translated(notice.code, notice.message) : "";
 }
 
 /** Whether this tab may drive: it holds the lease, or nobody needs one. */

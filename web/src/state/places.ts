@@ -1,21 +1,45 @@
 import { ref, shallowRef, watch } from "vue";
 import { ask } from "../api/ask.ts";
-import type { PalletInfo, TaughtPose } from "../generated/api.ts";
-import { connection } from "./robot.ts";
+import type { Zone } from "../drive/plan.ts";
+import type { Config, PalletInfo, Point, TaughtPose } from "../generated/api.ts";
+import { connection, events } from "./robot.ts";
 
-/** The taught places, which jobs may name. Teaching is no event, so `readPlaces` reads them again. */
+/** Taught poses and pallets, and the zones to keep out of. Pages that change them call `readPlaces`. */
 export const poses = shallowRef<readonly TaughtPose[]>([]);
 export const pallets = shallowRef<readonly PalletInfo[]>([]);
+export const zones = shallowRef<readonly Zone[]>([]);
 
-const wanted = ref(false);
+/** The constants of the robot, which do not change while the service runs. */
+export const config = shallowRef<Config | null>(null);
 
+/** Whether the places have been read since the page was loaded. */
+export const placesKnown = ref(false);
+
+/** Reads poses, pallets and zones again. */
 export async function readPlaces(): Promise<void> {
-  wanted.value = true;
-  try {
-    [poses.value, pallets.value] = await Promise.all([ask("GET /v1/poses"), ask("GET /v1/pallets")]);
-  } catch {
-    // without a connection the next one reads them
-  }
+  const [taught, grids, forbidden] = await Promise.all([ask("GET /v1/poses"), ask("GET /v1/pallets"), ask("GET /v1/zones")]);
+  poses.value = taught;
+  pallets.value = grids;
+  zones.value = forbidden;
+  placesKnown.value = true;
 }
 
-watch(connection, () => wanted.value && connection.value === "live" && void readPlaces());
+/** Returns the place of a cell of a pallet, counted from 1 [m]; null without a valid grid. */
+export function cellOf(pallet: PalletInfo, row: number, column: number): Point | null {
+  if (pallet.corners === null || pallet.corners.length < 4) return null;
+  const along = pallet.columns > 1 ? (column - 1) / (pallet.columns - 1) : 0;
+  const down = pallet.rows > 1 ? (row - 1) / (pallet.rows - 1) : 0;
+  const [first, right, lower, last] = pallet.corners as [Point, Point, Point, Point];
+  return first.map((value, i) => {
+    const upper = value + along * ((right[i] ?? 0) - value);
+    const bottom = (lower[i] ?? 0) + along * ((last[i] ?? 0) - (lower[i] ?? 0));
+    return upper + down * (bottom - upper);
+  }) as Point;
+}
+
+/** Reads the places while the caller is shown: at once, on each new connection, and when zones change. */
+export function usePlaces(): void {
+  const read = () => connection.value === "live" && void readPlaces().catch(() => undefined);
+  watch([connection, () => events.value.findLast((one) => one.kind === "zones")?.seq], read, { immediate: true });
+  watch(connection, async (now) => now === "live" && (config.value = await ask("GET /v1/config").catch(() => null)), { immediate: true });
+}

@@ -1,7 +1,7 @@
 import { computed, ref, shallowRef } from "vue";
 import { dropLease } from "../api/lease.ts";
 import { keepToken, token } from "../api/session.ts";
-import type { EventMessage, LinkView, MotionView, QueueView, Signals, State, Topics } from "../generated/api.ts";
+import type { EventMessage, LinkView, MotionView, NearestLimits, QueueView, Signals, State, Topics } from "../generated/api.ts";
 import { HIDDEN_RATE, RATE, Stream, type Hello } from "../stream/stream.ts";
 
 /** Everything here has one writer, the stream. Objects are shallow: they are replaced, never changed. */
@@ -10,6 +10,7 @@ export const queue = shallowRef<QueueView | null>(null);
 export const motion = shallowRef<MotionView | null>(null);
 export const link = shallowRef<LinkView | null>(null);
 export const signals = shallowRef<Signals | null>(null);
+export const margins = shallowRef<NearestLimits | null>(null);
 export const hello = shallowRef<Hello | null>(null);
 
 /** The newest events, newest last, at most `MOST_EVENTS`. */
@@ -31,7 +32,7 @@ export function onState(reader: (state: State | null) => void): () => void {
   return () => stateReaders.delete(reader);
 }
 
-const TARGETS = { queue, motion, link, signals } as const;
+const TARGETS = { queue, motion, link, signals, margins } as const;
 
 function url(): string {
   return `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/v1/stream`;

@@ -115,8 +115,9 @@ export class Stream {
   }
 
   /** Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. */
-  async request(method: string, path: string, body?: unknown, lease?: string): Promise<unknown> {
+  async request(method: string, path: string, body?: unknown, lease?: string, language?: string): Promise<unknown> {
     const message: Message = { type: "request", method, path };
+    if (language !== undefined) message["language"] = language;
     if (body !== undefined) message["body"] = body;
     if (lease !== undefined) message["lease"] = lease;
     const answer = await this.ask(message);

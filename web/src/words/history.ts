@@ -30,7 +30,7 @@ export const HISTORY = words({
   difference: ["Difference", "Diferencia"],
   whole: ["Whole job", "Trabajo entero"],
   pair: ["predicted {predicted}, actual {actual}, {difference}", "previsto {predicted}, real {actual}, {difference}"],
-  homingNote: ["Without homing: it cannot be predicted.", "Sin la referenciación: no se puede prever."],
+  homingNote: ["Homing cannot be predicted. The comparison leaves it out; the time of the whole job has it.", "La referenciación no se puede prever. La comparación no la incluye; el tiempo del trabajo entero sí."],
   began: ["Began", "Comenzó"],
   ended: ["Ended", "Terminó"],
   submitted: ["Submitted", "Enviado"],

@@ -35,8 +35,8 @@ export function t(text: Words, values: Record<string, string | number> = {}): st
 /** The locale for numbers and dates: clocks have 24 hours in both languages. */
 export const locale = computed(() => (language.value === "es" ? "es" : "en-GB"));
 
-export function clock(date: Date): string {
-  return date.toLocaleTimeString(locale.value, { hour: "2-digit", minute: "2-digit" });
+export function clock(date: Date, seconds = false): string {
+  return date.toLocaleTimeString(locale.value, { hour: "2-digit", minute: "2-digit", ...(seconds && { second: "2-digit" }) });
 }
 
 export function dateTime(text: string): string {

@@ -12,6 +12,7 @@ from random import Random
 from typing import NamedTuple, Protocol, TypeAlias
 
 from dmc41x3.errors import InvalidValue, UnknownName
+from dmc41x3.i18n import marked
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.network import Handle
@@ -293,105 +294,114 @@ def _chance(words: str) -> Parameter:
     return Parameter("probability", 0.1, "", words)
 
 
-_HANDLES = Parameter("handles", LETTERS, "", "letters of the handles concerned", selects=True)
-_AXIS = Parameter("axis", "A", "", "letter of the axis", choices=tuple(LETTERS), selects=True)
+_HANDLES = Parameter("handles", LETTERS, "", marked("letters of the handles concerned"), selects=True)
+_AXIS = Parameter("axis", "A", "", marked("letter of the axis"), choices=tuple(LETTERS), selects=True)
 
 TABLE: tuple[Fault, ...] = (
     _on_wire(
         "latency",
-        "Data from the controller arrives late.",
+        marked("Data from the controller arrives late."),
         (
-            Parameter("seconds", 0.05, "s", "delay", maximum=60.0),
-            Parameter("jitter", 0.0, "s", "largest additional random delay; the order stays", maximum=60.0),
+            Parameter("seconds", 0.05, "s", marked("delay"), maximum=60.0),
+            Parameter("jitter", 0.0, "s", marked("largest additional random delay; the order stays"), maximum=60.0),
         ),
         {"latency": "seconds", "jitter": "jitter"},
     ),
     _on_wire(
         "drop",
-        "A reply, message or record is lost.",
-        (_chance("probability for each"),),
+        marked("A reply, message or record is lost."),
+        (_chance(marked("probability for each")),),
         {"drop": "probability"},
     ),
     _on_wire(
         "duplicate",
-        "A reply, message or record arrives twice.",
-        (_chance("probability for each"),),
+        marked("A reply, message or record arrives twice."),
+        (_chance(marked("probability for each")),),
         {"duplicate": "probability"},
     ),
     _on_wire(
         "garbage",
-        "Random bytes arrive before a reply, message or record.",
-        (_chance("probability before each"), Parameter("bytes", 8, "", "number of bytes", 1.0, 450.0)),
+        marked("Random bytes arrive before a reply, message or record."),
+        (_chance(marked("probability before each")), Parameter("bytes", 8, "", marked("number of bytes"), 1.0, 450.0)),
         {"garbage": "probability", "noise": "bytes"},
     ),
     _on_wire(
         "refuse_commands",
-        "The controller answers a command with ? (code 1) and does not execute it.",
-        (_chance("probability for each"),),
+        marked("The controller answers a command with ? (code 1) and does not execute it."),
+        (_chance(marked("probability for each")),),
         {"balk": "probability"},
     ),
     Fault(
         "half_open",
-        "Connections fall silent: neither side receives data or learns that the connection ended. If the controller "
-        "sends on such a TCP handle, it closes the handle after the retries of IA (error 123).",
+        marked(
+            "Connections fall silent: neither side receives data or learns that the connection ended. If the "
+            "controller sends on such a TCP handle, it closes the handle after the retries of IA (error 123)."
+        ),
         (_HANDLES,),
         _silence,
         _unsilence,
     ),
-    Fault("cut", "Connections end abruptly, as with a pulled cable.", (_HANDLES,), _cut),
+    Fault("cut", marked("Connections end abruptly, as with a pulled cable."), (_HANDLES,), _cut),
     Fault(
         "refuse_connections",
-        "The controller refuses new connections; existing ones continue.",
+        marked("The controller refuses new connections; existing ones continue."),
         (),
         partial(_refuse, True),
         partial(_refuse, False),
     ),
     Fault(
         "reset",
-        "The controller resets, as after a dip of its supply: unburned data is lost, and all connections end.",
+        marked("The controller resets, as after a dip of its supply: unburned data is lost, and all connections end."),
         (),
         _reset,
     ),
     Fault(
         "power_cycle",
-        "The power supply of the controller goes off and on again: motors and outputs go off, unburned data is lost, "
-        "all connections are dead, and no client can connect until the power is back.",
-        (Parameter("outage", 0.0, "s", "time without power", maximum=_LONGEST),),
+        marked(
+            "The power supply of the controller goes off and on again: motors and outputs go off, unburned data is "
+            "lost, all connections are dead, and no client can connect until the power is back."
+        ),
+        (Parameter("outage", 0.0, "s", marked("time without power"), maximum=_LONGEST),),
         partial(_power, False),
         partial(_power, True),
         duration="outage",
     ),
     Fault(
         "stuck_limit",
-        "A limit switch has the same state at every position of the axis.",
+        marked("A limit switch has the same state at every position of the axis."),
         (
             _AXIS,
-            Parameter("side", "forward", "", "the limit switch", choices=("forward", "reverse"), selects=True),
-            Parameter("active", True, "", "state of the switch: always active, or never"),
+            Parameter("side", "forward", "", marked("the limit switch"), choices=("forward", "reverse"), selects=True),
+            Parameter("active", True, "", marked("state of the switch: always active, or never")),
         ),
         _stick,
         _unstick,
     ),
     Fault(
         "encoder_loss",
-        "The encoder of an axis stops counting.",
+        marked("The encoder of an axis stops counting."),
         (_AXIS,),
         partial(_encoder, True),
         partial(_encoder, False),
     ),
     Fault(
         "abort_input",
-        "The abort input is active: the emergency stop is pressed.",
+        marked("The abort input is active: the emergency stop is pressed."),
         (),
         partial(_abort, True),
         partial(_abort, False),
     ),
     Fault(
         "amplifier_fault",
-        "The amplifiers report a fault.",
+        marked("The amplifiers report a fault."),
         (
             Parameter(
-                "status", _OVERCURRENT, "", "bits as in the data record, 16777216 for overcurrent", 1.0, 4294967295.0
+                "status",
+                _OVERCURRENT,
+                "",
+                marked("bits as in the data record, 16777216 for overcurrent"),
+                1.0,
+                4294967295.0,
             ),
         ),
         _amplifier,

@@ -140,7 +140,7 @@ class FaultControlServer:
             details = {key: str(value) for key, value in error.details.items()}
             return _line({"error": {"code": error.code, "details": details}})
         now = asyncio.get_running_loop().time()
-        return _line({"active": [_described(injection, now) for injection in self._faults.active]})
+        return _line({"active": [described(injection, now) for injection in self._faults.active]})
 
     def _carry_out(self, request: dict[str, Any]) -> None:
         if "clear" in request:
@@ -210,7 +210,8 @@ def _seconds(value: Any) -> float | None:
     return float(value)
 
 
-def _described(injection: Injection, now: float) -> dict[str, Any]:
+def described(injection: Injection, now: float) -> dict[str, Any]:
+    """Return the name, the values and the remaining time [s] of a fault, None if it stays."""
     left = None if injection.until is None else max(0.0, injection.until - now)
     return {"fault": injection.fault.name, "values": dict(injection.values), "seconds": left}
 

@@ -22,7 +22,7 @@ from maya_ros.graph.protocol import Feedback, Graph, Message
 from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, OUTPUT, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
 from maya_un.config import Config, Units
 from maya_un.controller.execution import SLOWEST
-from maya_un.controller.planner import Jogging, MotionPlan, Planner
+from maya_un.controller.planner import Jogging, MotionPlan, Planner, name_of
 from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview, homing_progress, require_output
 from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
@@ -31,7 +31,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Path, Route
 from maya_un.schema.robot import Jogged, LinkView
-from maya_un.values import Joints, Mode, Progress, State, StopReport
+from maya_un.values import JogDirection, Joints, Mode, Progress, State, StopReport
 
 _SLACK = 0.5
 """Longest transport time of a message [s]."""
@@ -225,6 +225,10 @@ class GraphController:
     def signals(self) -> None:
         """Nothing: another node has them."""
 
+    async def interrogate(self, command: str) -> str:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="terminal")
+
     def link(self, speed: float) -> LinkView:
         """Return whether the controller is connected; the quality of the link is known to its node alone."""
         return LinkView(self.state.mode is not Mode.DISCONNECTED)
@@ -277,17 +281,22 @@ class GraphController:
         if vias is not None:
             vias.finish()
 
-    async def jog(self, axis: str, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
+    async def jog(self, axis: JogDirection, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
         """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
         Returns the distance of the motion and what limited it. Raises `UnknownName` for another axis.
         """
         self._require_there()
-        here, gone = self._here(), Jogged(axis, distance)
+        here, gone = self._here(), Jogged(name_of(axis), distance)
         if clip:
             gone = self._jogging.within(self.workspace, axis, here, distance)
         await self.follow(self._jogging.path(axis, here, gone.distance), speed=speed)
         return gone
+
+    async def jog_speed(self, speed: float) -> bool:
+        """Return False: the speed of a motion is part of its path, which the other node has."""
+        del speed
+        return False
 
     async def gripper(self, open_: bool) -> None:
         """Open or close the gripper and wait until it has moved."""

@@ -86,7 +86,7 @@ def collect(
     The robot that `maya up` runs moves. You measure the position at each pose. s skips a pose; q ends. The command
     writes each point to FILE at once.
     """
-    from maya_un.cli.calibrate import points as command
+    from maya_un.cli.calibrate import collect as command
 
     return command.collect(file, number, settings_of(context))
 

@@ -7,18 +7,21 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from math import degrees
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
-from maya_un.cli.calibrate import history, points
+from maya_un.cli.calibrate import history
 from maya_un.cli.configure import configuration
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path
 from maya_un.kinematics.calibration import FITTED, WORDS, Calibration, FittedConstants, calibrate, named
+from maya_un.schema.encoding import to_data
+from maya_un.service.calibration import points
+from maya_un.service.calibration.fit import message_of
 
 
 class FitOptions(NamedTuple):
@@ -40,12 +43,12 @@ def fit(file: str, options: FitOptions, settings: OutputSettings) -> int:
     measured = _measured(Path(file), config, place)
     hold = [named(name) for name in options.hold]
     found = calibrate(measured.observations, FittedConstants.of(config), hold)
-    keys = found.fitted.keys(config)
+    message = message_of(found, config)
     picture = None if options.plot is None else _drawn(found, options.plot)
     step = None
-    if options.apply and keys:
-        step = history.apply(place, keys, _told(found, file, measured.digest, options.author))
-    value = as_data(found) | {"keys": keys, "config": str(place), "applied": None if step is None else step.number}
+    if options.apply and message.keys:
+        step = history.apply(place, message.keys, _told(found, file, measured.digest, options.author))
+    value = to_data(message) | {"config": str(place), "applied": None if step is None else step.number}
     text = as_text(found, settings.language)
     tail = [_outcome(step, place, settings.language, apply=options.apply)]
     if picture is not None:
@@ -179,32 +182,6 @@ def _outcome(step: history.HistoryStep | None, place: Path, language: str, *, ap
         language,
         path=place,
     )
-
-
-def as_data(found: Calibration) -> dict[str, Any]:
-    """Return a result as JSON data: SI and counts; `error` is one standard error, None for a held constant."""
-    errors, difference = found.errors, found.line_difference
-    return {
-        "constants": [
-            {
-                "name": name,
-                "now": getattr(found.now, name),
-                "fitted": getattr(found.fitted, name),
-                "error": errors.get(name),
-                "held": name in found.held,
-            }
-            for name in FITTED
-        ],
-        "correlations": found.correlations.tolist(),
-        "noise": found.noise,
-        "rms_before": found.rms_before,
-        "rms_after": found.rms_after,
-        "measured": len(found.observations),
-        "used": int(np.count_nonzero(found.inliers)),
-        "outliers": list(found.outliers),
-        "line_difference": None if difference is None else difference._asdict(),
-        "words": list(found.words),
-    }
 
 
 class _Unit(NamedTuple):

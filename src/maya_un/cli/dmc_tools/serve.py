@@ -23,7 +23,7 @@ from dmc41x3.i18n import translate
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.twin.memory import Memory
-from dmc41x3.twin.wire.faults import TABLE, Fault, Parameter, Value, find
+from dmc41x3.twin.wire.faults import TABLE, Value, find
 from dmc41x3.twin.wire.injection import HOST, FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.twin.wire.server import bench as on_a_bench
@@ -36,8 +36,11 @@ from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileUnwritable, InvalidCommandLine, TwinNotFound, from_notice
 from maya_un.http.dates import epoch
+from maya_un.machine.faults import fault_kind
 from maya_un.machine.log_writer import MechanicsRecordWriter
 from maya_un.machine.mechanics import SAMPLE
+from maya_un.schema.encoding import to_data
+from maya_un.schema.twin import FaultKind
 from maya_un.values import Point
 
 
@@ -105,8 +108,9 @@ _FAULT_COMMAND = "maya dmc fault"
 
 def kinds(settings: OutputSettings) -> int:
     """Print every kind of fault with its parameters."""
-    text = "\n\n".join(_fault_text(fault) for fault in TABLE)
-    return output.answer({"faults": [_fault_data(fault) for fault in TABLE]}, text, settings)
+    kinds = [fault_kind(fault, settings.language) for fault in TABLE]
+    text = "\n\n".join(_fault_text(kind) for kind in kinds)
+    return output.answer({"faults": [to_data(kind) for kind in kinds]}, text, settings)
 
 
 def check(name: str | None, pairs: Sequence[str], seconds: float | None, *, clear: bool, active: bool) -> None:
@@ -190,19 +194,10 @@ def _one_text(fault: Mapping[str, Any], language: str) -> str:
     return " ".join(part for part in (fault["fault"], values, left) if part)
 
 
-def _fault_text(fault: Fault) -> str:
+def _fault_text(fault: FaultKind) -> str:
     rows = [(p.name, _plain(p.default), p.unit, p.words) for p in fault.parameters]
     lines = [] if not rows else table(rows[0], rows[1:]).splitlines()
     return "\n".join([fault.name, f"  {fault.words}", *(f"    {line}" for line in lines)])
-
-
-def _fault_data(fault: Fault) -> dict[str, object]:
-    parameters = [_parameter_data(parameter) for parameter in fault.parameters]
-    return {"name": fault.name, "words": fault.words, "lasts": fault.end is not None, "parameters": parameters}
-
-
-def _parameter_data(parameter: Parameter) -> dict[str, object]:
-    return {"name": parameter.name, "default": parameter.default, "unit": parameter.unit, "words": parameter.words}
 
 
 def _plain(value: Value) -> str:

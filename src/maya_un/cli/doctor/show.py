@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from pathlib import Path
 
 from dmc41x3.address import REAL, SIM
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
-from maya_un.cli.doctor import controller, host, service
-from maya_un.cli.doctor.finding import CheckName, Finding, FindingOutcome, fail, skipped
-from maya_un.cli.doctor.host import listeners
-from maya_un.cli.doctor.words import meaning, name, remedy
+from maya_un.cli.doctor import controller, service
 from maya_un.cli.quantities import target_address
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import MayaError
+from maya_un.http.doctor import host
+from maya_un.http.doctor.finding import Finding, guarded, skipped
+from maya_un.http.doctor.words import meaning, message, name, remedy
 from maya_un.http.log import written_down
+from maya_un.schema.diagnosis import Diagnosis, FindingOutcome
+from maya_un.schema.encoding import to_data
 
 _MARKS = {
     FindingOutcome.OK: ("ok", "32"),
@@ -34,7 +37,7 @@ def doctor(address: str | None, settings: OutputSettings) -> int:
     address, it is the configured one, if a configuration exists. Raises `InvalidValue` for an invalid address.
     """
     config = _config(settings)
-    target = address if address is not None else REAL if host.config_file(settings) else None
+    target = address if address is not None else REAL if host.config_file(_named(settings)) else None
     place = None if target is None else target_address(target, config.controller.address)
     found: list[Finding] = []
     for finding in _all(place, config, settings):
@@ -42,7 +45,7 @@ def doctor(address: str | None, settings: OutputSettings) -> int:
         if not settings.json:
             output.say(_line(finding, settings.language, coloured=sys.stdout.isatty()))
     if settings.json:
-        output.emit({"findings": [_data(finding, settings.language) for finding in found]})
+        output.emit(to_data(Diagnosis(tuple(message(finding, settings.language) for finding in found))))
     return output.FAILED if any(finding.outcome is FindingOutcome.FAIL for finding in found) else output.DONE
 
 
@@ -55,34 +58,18 @@ def _config(settings: OutputSettings) -> Config:
 
 
 def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterator[Finding]:
-    there = listeners()
     running, trouble = service.found(settings.language)
     yield from trouble
     pid = 0 if running is None else running.running.pid
-    looks: list[tuple[CheckName, Callable[[], Iterator[Finding]]]] = [
-        ("configuration", lambda: host.config(settings)),
-        ("controller", lambda: _controller(target, config, settings.language, asked=running is not None)),
-        ("storage", lambda: host.storage(settings, served_by=pid)),
-        ("disk", host.disk),
-        ("ports", lambda: host.ports(there)),
-        ("certificate", lambda: service.findings(there, pid) if pid else iter(())),
-        ("clock", host.clock),
-        ("ROS", host.ros),
-        ("supervisors", lambda: host.coms(config, settings.language)),
-    ]
+    looks = host.looks(_named(settings), config, settings.language, pid)
+    looks.insert(1, ("controller", lambda: _controller(target, config, settings.language, asked=running is not None)))
     if running is not None:
         looks.insert(0, ("service", running.findings))
-    for check, look in looks:
-        yield from _guarded(check, look)
+    yield from guarded(looks, written_down)
 
 
-def _guarded(check: CheckName, look: Callable[[], Iterator[Finding]]) -> Iterator[Finding]:
-    """Continue with the next check if one fails unexpectedly."""
-    try:
-        yield from look()
-    except Exception as defect:  # noqa: BLE001 - a defect in one check must not prevent the others
-        written_down(defect)
-        yield fail(check, "check_failed", reason=f"{type(defect).__name__}: {defect}")
+def _named(settings: OutputSettings) -> Path | None:
+    return None if settings.config is None else Path(settings.config)
 
 
 def _controller(target: str | None, config: Config, language: str, *, asked: bool) -> Iterator[Finding]:
@@ -103,14 +90,3 @@ def _line(finding: Finding, language: str, *, coloured: bool) -> str:
     advice = remedy(finding, language)
     text = f"{head} {name(finding.check, language)}: {meaning(finding, language)}"
     return f"{text}\n      → {advice}" if advice else text
-
-
-def _data(finding: Finding, language: str) -> dict[str, object]:
-    return {
-        "check": finding.check,
-        "outcome": finding.outcome.value,
-        "key": finding.key,
-        "meaning": meaning(finding, language),
-        "remedy": remedy(finding, language),
-        "details": dict(finding.details),
-    }

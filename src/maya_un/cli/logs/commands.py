@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
 from maya_un.cli.settings import settings_of
-
-Level = Literal["debug", "info", "warning", "error", "critical"]
+from maya_un.schema.diagnosis import LogLevel
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:
@@ -27,7 +26,7 @@ def logs(
         list[str] | None,
         typer.Option(metavar="KIND", help="show only entries of this kind: fault, job, http, ...; may be repeated"),
     ] = None,
-    level: Annotated[Level, typer.Option(help="show entries of this level and above")] = "info",
+    level: Annotated[LogLevel, typer.Option(help="show entries of this level and above")] = "info",
     lines: Annotated[
         int, typer.Option(metavar="N", min=1, max=10_000, help="show the last N entries, if --since is not given")
     ] = 50,

@@ -10,12 +10,11 @@ import logging
 import re
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple
 
 from dmc41x3.i18n import translate
 from maya_un.cli import output
@@ -24,9 +23,11 @@ from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, InvalidValue, MayaError, UnknownName
 from maya_un.events import DECLARED, UnknownEvent, event_of
 from maya_un.http.log import level_of, log_path
+from maya_un.http.log_reader import LogReader, at_least, entry_time
 from maya_un.process.journal import history
 from maya_un.process.journal.file import FILE_NAME
 from maya_un.process.journal.protocol import EventRow
+from maya_un.schema.diagnosis import LEVELS, LogEntry
 
 _AGO = re.compile(r"(\d+(?:\.\d+)?)(s|min|m|h|d)")
 _SECONDS = {"s": 1.0, "m": 60.0, "min": 60.0, "h": 3600.0, "d": 86_400.0}
@@ -49,28 +50,6 @@ def moment(text: str, now: datetime) -> str:
         raise InvalidValue(key="--since", value=repr(text), reason=reason) from error
 
 
-LEVELS = ("debug", "info", "warning", "error", "critical")
-"""Log levels, in ascending order."""
-
-
-@dataclass(frozen=True, slots=True)
-class LogEntry:
-    """An entry with `time` (ISO 8601, UTC, with milliseconds).
-
-    `kind` is that of an event, or the part of the program that wrote a line of the log: http, defect. `code` is 0 or
-    that of an error; `run` and `seq` are the numbers of an event, 0 for other entries.
-    """
-
-    time: str
-    level: str
-    kind: str
-    text: str
-    code: int = 0
-    run: int = 0
-    seq: int = 0
-    detail: Mapping[str, Any] = field(default_factory=dict[str, Any])
-
-
 def of_event(row: EventRow) -> LogEntry:
     """Return the entry for an event of the journal."""
     level = logging.getLevelName(level_of(row.kind)).lower()
@@ -79,91 +58,7 @@ def of_event(row: EventRow) -> LogEntry:
     words = " ".join(f"{key}={value}" for key, value in row.detail.items() if key != "message")
     message = str(row.detail.get("message", ""))
     text = "  ".join(part for part in (words, message) if part)
-    return LogEntry(_utc(row.date), level, row.kind, text, row.code, row.run, row.seq, row.detail)
-
-
-def of_line(line: Mapping[str, Any]) -> LogEntry:
-    """Return the entry for a line of the log; raises `KeyError`, `TypeError` or `ValueError` for an invalid line."""
-    known = {"time", "level", "logger", "message", "code"}
-    kind = str(line["logger"]).rpartition(".")[2]
-    detail = {key: value for key, value in line.items() if key not in known}
-    return LogEntry(
-        _utc(str(line["time"])), str(line["level"]), kind, str(line["message"]), int(line.get("code", 0)), 0, 0, detail
-    )
-
-
-def _utc(date: str) -> str:
-    """Return a date in the form of all entries; an invalid date is unchanged."""
-    try:
-        return datetime.fromisoformat(date).astimezone(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
-    except (ValueError, OverflowError):
-        return date
-
-
-EVENTS = "maya.events"
-"""The logger of events, which the journal also contains."""
-
-
-class LogReader:
-    """The lines of the log at `path`; each `read` continues after the previous one, also over a change of files."""
-
-    def __init__(self, path: Path, *, events: bool = False) -> None:
-        self._path = path
-        self._events = events
-        self._place = 0
-        self._file = 0
-        self._rest = b""
-
-    def read(self) -> list[LogEntry]:
-        """Return the entries since the previous call, at first all; raises `FileUnreadable`."""
-        first = self._file == 0
-        data = b"".join(self._older()) if first else b""
-        data += self._newer()
-        lines = (self._rest + data).split(b"\n")
-        self._rest = lines.pop()
-        return [entry for line in lines if (entry := self._entry(line)) is not None]
-
-    def _older(self) -> Iterator[bytes]:
-        """Yield the contents of the older files, oldest first."""
-        numbered = [path for path in self._path.parent.glob(f"{self._path.name}.*") if path.suffix[1:].isdigit()]
-        for path in sorted(numbered, key=lambda path: -int(path.suffix[1:])):
-            yield _content(path, 0)[0]
-
-    def _newer(self) -> bytes:
-        if not self._path.exists():
-            return b""
-        data, file = _content(self._path, self._place)
-        if self._file not in {0, file}:  # a new file was started: read the rest of the old one, then the new one
-            rotated = self._path.with_name(f"{self._path.name}.1")
-            rest, same = _content(rotated, self._place) if rotated.exists() else (b"", 0)
-            begun, file = _content(self._path, 0)
-            data = (rest if same == self._file else b"") + begun
-            self._place = len(begun)
-        else:
-            self._place += len(data)
-        self._file = file
-        return data
-
-    def _entry(self, line: bytes) -> LogEntry | None:
-        """Return a line as an entry; skip a line of another program, or one cut off by a power cut."""
-        try:
-            found: Any = json.loads(line)
-            if not self._events and found["logger"] == EVENTS:
-                return None
-            return of_line(cast("dict[str, Any]", found))
-        except (ValueError, KeyError, TypeError, RecursionError):
-            return None
-
-
-def _content(path: Path, place: int) -> tuple[bytes, int]:
-    """Return the content of a file from `place` on, and the inode of the file."""
-    try:
-        with path.open("rb") as file:
-            identity = path.stat().st_ino
-            file.seek(place)
-            return file.read(), identity
-    except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+    return LogEntry(entry_time(row.date), level, row.kind, text, row.code, row.run, row.seq, row.detail)
 
 
 MOST = 10_000
@@ -191,9 +86,9 @@ class LogFilter(NamedTuple):
 
     def has(self, entry: LogEntry) -> bool:
         """Return whether the selection includes an entry."""
-        grave = LEVELS.index(entry.level) if entry.level in LEVELS else len(LEVELS)
+        grave = entry.level in at_least(self.level) or entry.level not in LEVELS
         alike = not self.kinds or entry.kind in self.kinds
-        return alike and grave >= LEVELS.index(self.level) and entry.time >= self.since
+        return alike and grave and entry.time >= self.since
 
 
 class LogSources:

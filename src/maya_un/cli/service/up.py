@@ -33,7 +33,7 @@ from maya_un import runtime
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
 from maya_un.cli.coms.run import coms_beside
-from maya_un.cli.configure import configuration, on_the_table, require_twin, taught_places
+from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.service.listeners import RemoteAccess, require_users, rosbridge_at, url_of
@@ -304,7 +304,8 @@ class _Robot(NamedTuple):
     """The robot to run: address, speed of its clock, parts on the twin's table, homing, and owner of the controller.
 
     With `skip_home` it uses a stored homing; with `take_over` it takes the controller from another program. Taught
-    places are stored in the file `places`, the queue in the file `journal`, None for memory.
+    places are stored in the file `places`, the queue in the file `journal`, None for memory. Clients may change
+    `config_file`, from which `config` was read.
     """
 
     config: Config
@@ -314,6 +315,7 @@ class _Robot(NamedTuple):
     parts: dict[str, Point]
     skip_home: bool
     places: Path
+    config_file: Path
     journal: Path | None
     take_over: bool
 
@@ -342,9 +344,9 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
         config = _configured(config, speed)
     require_twin(address, "maya up", seed=options.seed, table=options.table)
     parts = on_the_table(options.table, config, settings)
-    places, journal = taught_places(settings), journal_file(options.journal)
+    places, file, journal = taught_places(settings), config_file(settings), journal_file(options.journal)
     robot = _Robot(
-        config, address, speed, options.seed or 0, parts, options.skip_home, places, journal, options.take_over
+        config, address, speed, options.seed or 0, parts, options.skip_home, places, file, journal, options.take_over
     )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
     with runtime.claimed(), log.kept(), ExitStack() as held:
@@ -378,7 +380,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         running.controller.events.heard_by(log.note_event)
         running.controller.tap(metrics.timer(robot.speed))
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
-        bridge = _bridge(running)
+        bridge = _bridge(running, settings)
         app = create_app(bridge, options.remote.edge(), metrics)
         add_dashboard(app)
         ending = ShutdownRequest(finish=options.finish)
@@ -412,6 +414,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
                     speed=robot.speed,
                     take_over=robot.take_over,
                     places=robot.places,
+                    config_file=robot.config_file,
                     journal=kept.journal,
                     calendar=dates,
                     users=kept.users,
@@ -462,13 +465,14 @@ def _greeting(running: Stack, robot: _Robot, url: str, at: _UpListeners, refusal
     return StartupBanner(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
 
 
-def _bridge(running: Stack) -> Bridge:
+def _bridge(running: Stack, settings: OutputSettings) -> Bridge:
     return Bridge(
         asyncio.get_running_loop(),
         running.service,
         gate=running.gate,
         callers=running.entrance.callers,
         journal=running.journal,
+        config_file=None if settings.config is None else Path(settings.config),
     )
 
 

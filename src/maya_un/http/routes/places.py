@@ -13,20 +13,26 @@ from maya_un.errors import (
     Busy,
     FileUnreadable,
     FileUnwritable,
+    InvalidConfig,
     InvalidRequest,
     NameTaken,
     NotConnected,
     NotFound,
     NotHomed,
     NotTaught,
+    TakesTooLong,
+    TooLarge,
+    TooMuchAsked,
     Unreachable,
+    WorkerFailed,
 )
 from maya_un.http.dates import now
-from maya_un.http.exchange import answer, sent, sent_as_written
-from maya_un.http.openapi import GRID, ZONE
+from maya_un.http.exchange import answer, sent, sent_as_written, sent_long
+from maya_un.http.openapi import CONFIG, GRID, ZONE
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
 from maya_un.schema.bodies import Forgotten, Name, Points, Removed
+from maya_un.schema.configuration import ConfigCheck, ConfigSchema
 from maya_un.schema.jobs import PalletInfo, TaughtPose
 from maya_un.schema.previews import Reach, Reachability, WorkspaceShape
 from maya_un.service.access.operations import Operation
@@ -42,6 +48,14 @@ Height = Annotated[
 ]
 Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="rad")]
 
+ConfigBody = Annotated[dict[str, Any] | bytes, sent_long(CONFIG)]
+
+_CONFIGS = {
+    "single settings": {"settings": {"geometry": {"height": 2.36}, "axes": {"a": {"jerk_counts": None}}}},
+    "a whole file": {"text": "[geometry]\nheight = 2.36\n"},
+}
+_CONFIG_REFUSALS = (FileUnreadable, TooMuchAsked, TakesTooLong, TooLarge, WorkerFailed)
+
 PointsBody = Annotated[Points, sent(Points)]
 
 
@@ -52,6 +66,50 @@ def add_geometry(routes: Routes) -> None:
     async def config(ask: Ask) -> Response:
         """Return all constants of the machine, with the zones of this run."""
         return answer(await ask(_in_force))
+
+    @routes.add("GET", "/v1/config/schema", Operation.READ, tag=_WORKSPACE, gives=ConfigSchema, client="config_schema")
+    async def config_schema(ask: Ask) -> Response:
+        """Return the settings of the configuration: units, ranges, defaults, and descriptions in every language."""
+
+        async def found(service: Service) -> ConfigSchema:
+            return service.configuring.schema()
+
+        return answer(await ask(found))
+
+    @routes.add(
+        "POST",
+        "/v1/config/check",
+        Operation.READ,
+        tag=_WORKSPACE,
+        gives=ConfigCheck,
+        refuses=_CONFIG_REFUSALS,
+        examples=_CONFIGS,
+        client="check_config",
+    )
+    async def check_config(ask: Ask, config: ConfigBody) -> Response:
+        """Check a configuration without writing it.
+
+        Return its mistakes, or its differences from the configuration in force and from the defaults.
+        """
+        return answer(await ask.unless_left(lambda service: service.configuring.check(config, ask.caller)))
+
+    @routes.add(
+        "PUT",
+        "/v1/config",
+        Operation.CONFIGURE,
+        tag=_WORKSPACE,
+        gives=ConfigCheck,
+        refuses=(InvalidConfig, FileUnwritable, *_CONFIG_REFUSALS),
+        examples=_CONFIGS,
+        client="put_config",
+    )
+    async def put_config(ask: Ask, config: ConfigBody) -> Response:
+        """Write the configuration file, for the next start of the program.
+
+        Return its differences from the configuration in force and from the defaults. A file with mistakes is not
+        written. Comments in the file stay where single settings change.
+        """
+        return answer(await ask(lambda service: service.configuring.write(config, ask.caller)))
 
     @routes.add("GET", "/v1/reach", Operation.READ, tag=_WORKSPACE, gives=Reach, client="reach")
     async def reach(ask: Ask, x: Length, y: Length, z: Length) -> Response:

@@ -24,20 +24,34 @@ from maya_un.errors import (
 from maya_un.http.exchange import answer, sent
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, HURRY, LONGEST_MOTION, Routes
-from maya_un.schema.bodies import Aborted, JogBy, JogHold, JogRelease, Recovered, Released, Resumed, Speed, kind_of_jog
-from maya_un.schema.robot import HeldJog, Jogged
+from maya_un.schema.bodies import (
+    Aborted,
+    JogBy,
+    JogHold,
+    JogRelease,
+    JogVector,
+    Recovered,
+    Released,
+    Resumed,
+    Speed,
+    kind_of_jog,
+)
+from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Operation
 from maya_un.values import StopReport
 
 TakeOver = Annotated[bool, Query(description="claim the controller from the program that owns it, if the axes rest")]
 _TAG = "moving"
 
-AnyJog = Annotated[JogBy | JogHold | JogRelease, sent(JogBy, JogHold, JogRelease, choose=kind_of_jog)]
+AnyJog = Annotated[
+    JogBy | JogHold | JogVector | JogRelease, sent(JogBy, JogHold, JogVector, JogRelease, choose=kind_of_jog)
+]
 SpeedBody = Annotated[Speed, sent(Speed)]
 
 _JOGS = {
     "by a distance": {"axis": "r", "distance": 0.02},
     "while a key is held": {"axis": "r", "direction": 1, "hold": True, "press": "7f3a-12"},
+    "while a stick is held": {"vector": [0.3, -0.4, 0.0], "hold": True, "press": "7f3a-12"},
     "let go": {"hold": False, "press": "7f3a-12"},
 }
 _NO_MOTION = (UnknownName, NotConnected, Faulted, NotHomed, Busy, Stopped, Unreachable, PathRefused)
@@ -51,7 +65,7 @@ def add_moving(routes: Routes) -> None:
         "/v1/jog",
         Operation.JOG,
         tag=_TAG,
-        gives=Jogged | HeldJog | Released,
+        gives=Jogged | HeldJog | SteeredJog | Released,
         refuses=_NO_MOTION,
         examples=_JOGS,
         patience=LONGEST_MOTION,
@@ -59,8 +73,9 @@ def add_moving(routes: Routes) -> None:
     async def jog(ask: Ask, body: AnyJog) -> Response:
         """Jog along one axis by a `distance`; the response comes at the end of the motion.
 
-        With `hold` true, jog while the request is repeated at least twice a second. `hold` false ends this jog. `press`
-        names one press of the key: after its end, a request of the same press that arrives late moves nothing.
+        With `hold` true, jog along the axis or along `vector` while the request is repeated at least twice a second.
+        `hold` false ends this jog. `press` names one press of the key: after its end, a request of the same press that
+        arrives late moves nothing.
         """
         if isinstance(body, JogBy):
             how = body
@@ -72,6 +87,9 @@ def add_moving(routes: Routes) -> None:
                 lambda service: service.jog_hold(held.axis, held.direction, speed=held.speed, press=held.press)
             )
             return answer(await moving)
+        if isinstance(body, JogVector):
+            steered = body
+            return answer(await ask(lambda service: service.jog_vector(steered.vector, press=steered.press)))
         released = body.press
         await ask(lambda service: service.jog_release(released))
         return answer(Released())

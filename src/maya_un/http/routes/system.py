@@ -122,7 +122,7 @@ def add_reading(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/motion", Operation.READ, tag=_STATUS, gives=MotionView, client="motion")
     async def motion(ask: Ask) -> Response:
-        """Return the path of the motion under way."""
+        """Return the path of the motion under way, and the step that follows the running one."""
 
         async def found(service: Service) -> MotionSnapshot | None:
             return service.motion()
@@ -216,13 +216,14 @@ _EVER = 1e9
 
 async def _span(
     begin: Annotated[
-        float, Query(alias="from", ge=-_EVER, le=_EVER, description="from this time of the program's clock on [s]")
-    ] = -_EVER,
+        float | None,
+        Query(alias="from", ge=-_EVER, le=_EVER, description="from this time of the program's clock on [s]"),
+    ] = None,
     end: Annotated[
-        float, Query(alias="to", ge=-_EVER, le=_EVER, description="before this time of the program's clock [s]")
-    ] = _EVER,
+        float | None, Query(alias="to", ge=-_EVER, le=_EVER, description="before this time of the program's clock [s]")
+    ] = None,
 ) -> TimeSpan:
-    return TimeSpan(begin, end)
+    return TimeSpan(-_EVER if begin is None else begin, _EVER if end is None else end)
 
 
 Span = Annotated[TimeSpan, Depends(_span)]

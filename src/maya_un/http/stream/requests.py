@@ -67,7 +67,10 @@ class StreamRequests:
         if not path.startswith("/v1/") or not path.isascii() or not path.isprintable():
             raise InvalidRequest(key="path", reason="it must be a path like /v1/stop, percent-encoded")
         content = json.dumps(message["body"]).encode() if message.get("body") is not None else b""
-        return InternalRequest(method, path, self._headers, content)
+        headers = self._headers
+        if language := _text(message, "language", ""):
+            headers = {**headers, "accept-language": language}
+        return InternalRequest(method, path, headers, content)
 
     async def _answer(self, message: Mapping[str, Any], request: InternalRequest, caller: Caller) -> None:
         try:

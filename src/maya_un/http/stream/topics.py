@@ -74,7 +74,8 @@ MOTION = StreamTopic(
     MotionView,
     lambda service, caller: service.motion(),
     look=10.0,
-    source=lambda service: service.move,
+    after=(StepAdvanced,),
+    source=lambda service: (service.move, service.next_step()),
     shown=_motion,
 )
 

@@ -100,8 +100,13 @@ class Operation(StrEnum):
     LEND = "drive"
     BREAK = "break"
     RECORD = "record"
+    CONFIGURE = "configure"
     BACKUP = "backup"
     AUDIT = "audit"
+    DIAGNOSE = "diagnose"
+    INJECT = "inject"
+    CALIBRATE = "calibrate"
+    TERMINAL = "terminal"
     USERS = "users"
     ME = "me"
 
@@ -131,6 +136,9 @@ RULES: dict[Operation, AccessRule] = {
     Operation.LEND: AccessRule(Role.OPERATOR, meaning="take the lease, offer it to another user"),
     Operation.TEACH: AccessRule(Role.OPERATOR, meaning="teach poses and pallets"),
     Operation.RECORD: AccessRule(Role.OPERATOR, meaning="save and download recordings"),
+    Operation.DIAGNOSE: AccessRule(Role.OPERATOR, meaning="read the log, and check the computer and the configuration"),
+    Operation.INJECT: AccessRule(Role.OPERATOR, meaning="inject faults into the twin"),
+    Operation.CALIBRATE: AccessRule(Role.OPERATOR, meaning="collect points of a calibration, and fit to them"),
     Operation.COMMAND: AccessRule(Role.STUDENT, drives=True, meaning="run one primitive now"),
     Operation.JOG: AccessRule(Role.STUDENT, drives=True, meaning="jog"),
     Operation.RESUME: AccessRule(Role.STUDENT, drives=True, meaning="resume after a pause"),
@@ -142,7 +150,9 @@ RULES: dict[Operation, AccessRule] = {
     Operation.ZONES: AccessRule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),
     Operation.GRAPH: AccessRule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
     Operation.BREAK: AccessRule(Role.ADMIN, meaning="take the lease from its holder"),
+    Operation.CONFIGURE: AccessRule(Role.ADMIN, meaning="change the configuration of the next start"),
     Operation.BACKUP: AccessRule(Role.ADMIN, meaning="back up the queue and its history"),
+    Operation.TERMINAL: AccessRule(Role.ADMIN, drives=True, meaning="send the controller commands that read"),
     Operation.AUDIT: AccessRule(Role.ADMIN, meaning="read the audit log"),
     Operation.USERS: AccessRule(Role.ADMIN, meaning="manage users and tokens"),
 }

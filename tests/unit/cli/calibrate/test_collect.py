@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 from maya_un import runtime
-from maya_un.cli.calibrate import points
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.main import main
 from maya_un.client import requests
 from maya_un.config import Config, Units
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
+from maya_un.service.calibration import points
 from maya_un.values import Joints
 from tests.unit.cli.servers import http_service
 
@@ -225,7 +225,7 @@ def test_a_motion_that_ctrl_c_ends_is_cancelled(
     def interrupted(*_: object) -> tuple[dict[str, object], bool]:
         return {"state": "cancelled", "code": 2202, "message": "", "steps": []}, True
 
-    monkeypatch.setattr("maya_un.cli.calibrate.points.follow", interrupted)
+    monkeypatch.setattr("maya_un.cli.calibrate.collect.follow", interrupted)
     assert collect(monkeypatch, file, THERE) == 130
     assert len(scripted_robot.told) == 1
 

@@ -10,10 +10,11 @@ from dmc41x3.driver import Driver
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import TcpTransport
 from maya_un.cli.doctor import controller
-from maya_un.cli.doctor.finding import Finding, FindingOutcome
 from maya_un.config import Config
 from maya_un.controller import registers
 from maya_un.controller.registers import Torque
+from maya_un.http.doctor.finding import Finding
+from maya_un.schema.diagnosis import FindingOutcome
 from tests.ports import free_port
 from tests.served_twin import ServedTwin, served
 

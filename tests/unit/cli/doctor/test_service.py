@@ -9,7 +9,7 @@ import pytest
 
 from maya_un import __version__, runtime
 from maya_un.cli.doctor import service
-from maya_un.cli.doctor.finding import FindingOutcome
+from maya_un.schema.diagnosis import FindingOutcome
 from tests.ports import free_port
 from tests.unit.cli.servers import hanging_service, http_service
 

@@ -11,10 +11,14 @@ from typing import get_args
 
 import pytest
 
-from maya_un.cli.doctor import controller, host, service, show, words
-from maya_un.cli.doctor.finding import CheckName, Finding, FindingOutcome, ok
+from maya_un.cli.doctor import controller, service, show
 from maya_un.cli.main import main
+from maya_un.http.doctor import certificate, finding, host, robot, words
+from maya_un.http.doctor.finding import Finding, ok
+from maya_un.schema.diagnosis import CheckName, FindingOutcome
 from tests.ports import free_port
+
+MODULES = (service, controller, host, certificate, robot, finding, show)
 
 
 def test_every_check_runs_and_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -59,7 +63,7 @@ def test_a_check_that_fails_itself_does_not_keep_the_others_from_helping(
     assert "ROS: " in printed
 
 
-@pytest.mark.parametrize("module", [service, controller, host, service, show])
+@pytest.mark.parametrize("module", MODULES)
 def test_every_finding_has_a_name_and_words_in_both_languages(module: ModuleType) -> None:
     source = inspect.getsource(module)
     named = re.findall(r'(?:ok|warn|fail|skipped|found)\(\s*"([^"]+)"', source)
@@ -69,7 +73,9 @@ def test_every_finding_has_a_name_and_words_in_both_languages(module: ModuleType
 
 
 def test_every_text_is_used() -> None:
-    source = "".join(inspect.getsource(module) for module in (service, controller, host, service, show))
+    source = "".join(
+        inspect.getsource(module) for module in (service, controller, host, certificate, robot, finding, show)
+    )
     assert [key for key in words._TEXTS if f'"{key}"' not in source] == []
 
 

@@ -1,0 +1,209 @@
+"""The cost of the dashboard: bytes and time until a page is seen, and the work of its viewers for `maya up`.
+
+The viewers are clients of the stream with the subscriptions of a page. `maya up` is a process of its own on the twin,
+in a long job. Its cost is CPU time, so what other processes take is left out. The browser is Debian's Chromium, which
+draws in software here. A page without content, from the same server, is the baseline of the times in the browser.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import gzip
+import json
+import os
+import re
+import subprocess
+import tempfile
+import time
+import urllib.request
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+
+from bench_memory import resident
+from harness import Case, Goal, Sample, measure, report
+from job import pairs
+from playwright.sync_api import Browser, sync_playwright
+from service import MAYA, Service, service
+from stream_client import Client
+
+from maya_un.dashboard.pages import SITE
+
+VIEWERS = 30
+RATE = 10
+SECONDS = 3.0
+"""Duration of one sample of the viewers' cost [s]."""
+
+CHROMIUM = "/usr/bin/chromium"
+FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
+SUBSCRIPTION = {
+    "type": "subscribe",
+    "state": {"rate": RATE},
+    "queue": True,
+    "motion": True,
+    "signals": True,
+    "can": True,
+}
+
+
+def packed(path: Path) -> int:
+    """Return the bytes of a file as they travel."""
+    content = path.read_bytes()
+    return len(content) if path.suffix in {".png", ".woff2"} else len(gzip.compress(content, 9))
+
+
+def first_bytes() -> float:
+    """Return the bytes of the document, and of the scripts and styles that it names."""
+    document = SITE / "index.html"
+    named = re.findall(r'"\./(assets/[^"]+\.(?:js|css))"', document.read_text(encoding="utf-8"))
+    return float(packed(document) + sum(packed(SITE / name) for name in named))
+
+
+def all_bytes() -> float:
+    """Return the bytes of all scripts and styles."""
+    return float(sum(packed(path) for path in SITE.rglob("*") if path.suffix in {".js", ".css", ".html"}))
+
+
+def used(pid: int) -> float:
+    """Return the CPU time of a process [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+class Viewers:
+    """Clients of the stream in this process; `stalled` ones never read."""
+
+    def __init__(self, url: str) -> None:
+        self._loop = asyncio.new_event_loop()
+        self._port = int(url.rpartition(":")[2])
+        self._open: list[asyncio.Transport] = []
+
+    def cost(self, pid: int, count: int, stalled: int = 0) -> float:
+        """Return the CPU time that the service uses in a second while `count` clients look on [s]."""
+        self._loop.run_until_complete(self._enter(count, stalled))
+        before, began = used(pid), time.monotonic()
+        self._loop.run_until_complete(asyncio.sleep(SECONDS))
+        found = (used(pid) - before) / (time.monotonic() - began)
+        self.leave()
+        return found
+
+    def stop(self, url: str, count: int, stalled: int) -> float:
+        """Return the time until the service answers a stop while clients look on [s]."""
+        self._loop.run_until_complete(self._enter(count, stalled))
+        self._loop.run_until_complete(asyncio.sleep(0.5))
+        request = urllib.request.Request(f"{url}/v1/stop", method="POST")
+        began = time.monotonic()
+        with urllib.request.urlopen(request, timeout=30.0) as answer:
+            answer.read()
+        found = time.monotonic() - began
+        self.leave()
+        return found
+
+    def leave(self) -> None:
+        """Close all connections."""
+        for transport in self._open:
+            transport.abort()
+        self._open.clear()
+        self._loop.run_until_complete(asyncio.sleep(0.1))
+
+    async def _enter(self, count: int, stalled: int) -> None:
+        for number in range(count + stalled):
+            transport, client = await self._loop.create_connection(
+                lambda: Client(SUBSCRIPTION, lambda _text, _now: None), "127.0.0.1", self._port
+            )
+            await client.open.wait()
+            if number >= count:
+                transport.pause_reading()
+            self._open.append(transport)
+
+
+def painted(browser: Browser, url: str) -> float:
+    """Return the time from the request of a page to its first content on the screen [s]."""
+    with browser.new_context() as context:
+        page = context.new_page()
+        page.goto(url)
+        seen = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime ?? 0"
+        return _polled(lambda: float(page.evaluate(seen))) / 1e3
+
+
+def drawn(browser: Browser, url: str) -> float:
+    """Return the time from the request of the page Live to the robot on the screen [s]."""
+    with browser.new_context(viewport={"width": 1440, "height": 900}) as context:
+        page = context.new_page()
+        began = time.monotonic()
+        page.goto(url)
+        _polled(lambda: float(page.evaluate("document.querySelector('[data-drawn]') ? 1 : 0")))
+        return time.monotonic() - began
+
+
+def _polled(look: Callable[[], float]) -> float:
+    until = time.monotonic() + 30.0
+    while time.monotonic() < until:
+        if found := look():
+            return found
+        time.sleep(0.005)
+    raise TimeoutError("the page did not appear")
+
+
+def files_in_memory() -> float:
+    """Return by how much a service grows when all files of the pages are requested [bytes]."""
+    with service() as fresh:
+        before = resident(fresh.pid)
+        for path in SITE.rglob("*.*"):
+            if path.name == "index.html":
+                continue
+            with urllib.request.urlopen(f"{fresh.url}/{path.relative_to(SITE)}", timeout=30.0) as answer:
+                answer.read()
+        return resident(fresh.pid) - before
+
+
+def busy(running: Service) -> None:
+    """Have the robot home, and begin a job that lasts longer than the benchmark."""
+    subprocess.run([MAYA, "home"], env=running.environment, capture_output=True, check=True)
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(pairs(200), file)
+        file.flush()
+        subprocess.run([MAYA, "job", "submit", file.name], env=running.environment, capture_output=True, check=True)
+
+
+def resumed(running: Service, sample: Sample) -> Sample:
+    """Return a sample that is taken in motion: the queue continues after the stop before."""
+
+    def taken() -> float:
+        subprocess.run([MAYA, "queue", "resume"], env=running.environment, capture_output=True, check=False)
+        return sample()
+
+    return taken
+
+
+def main() -> None:
+    with service("--speed", "1") as quiet, service("--speed", "5") as running, sync_playwright() as tool:
+        browser = tool.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        busy(running)
+        viewers, url, pid = Viewers(running.url), running.url, running.pid
+        nobody = "maya up in a job, nobody looks, CPU a second"
+        cases = [
+            Case("bytes before the first paint", first_bytes, "MB", Goal(0.08)),
+            Case("bytes of all scripts and styles", all_bytes, "MB", Goal(0.3)),
+            Case("first paint of an empty page", lambda: painted(browser, f"{quiet.url}/maya.svg"), "ms"),
+            Case("first paint of the dashboard", lambda: painted(browser, quiet.url), "ms", Goal(600.0)),
+            Case("robot drawn", lambda: drawn(browser, quiet.url), "ms", Goal(1500.0)),
+            Case(nobody, lambda: viewers.cost(pid, 0), "ms"),
+            Case("one viewer", lambda: viewers.cost(pid, 1), "ms", Goal(10.0, nobody, "over")),
+            Case(f"{VIEWERS} viewers", lambda: viewers.cost(pid, VIEWERS), "ms", Goal(50.0, nobody, "over")),
+            Case("stop, nobody looks", resumed(running, lambda: viewers.stop(url, 0, 0)), "ms"),
+            Case(
+                f"stop, {VIEWERS} viewers and 5 that do not read",
+                resumed(running, lambda: viewers.stop(url, VIEWERS, 5)),
+                "ms",
+                Goal(10.0, "stop, nobody looks", "over"),
+            ),
+            Case("memory that the files of the pages take", files_in_memory, "MB", Goal(5.0)),
+        ]
+        figures = measure(cases, rounds=5, by=median)
+        browser.close()
+    report(figures)
+
+
+if __name__ == "__main__":
+    main()

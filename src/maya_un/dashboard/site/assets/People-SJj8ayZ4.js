@@ -1,0 +1,1 @@
+import{K as e,O as t,g as n,p as r,pt as i,s as a,x as o}from"./words-lIIsuyJA.js";import{t as s}from"./common-C9JUGonr.js";var c={class:`page`},l=o({__name:`People`,setup(o){return(o,l)=>(t(),n(`div`,c,[r(`h1`,null,i(e(a)(e(s).people)),1)]))}});export{l as default};

@@ -1,1 +1,0 @@
-import{C as e,E as t,m as n,r,x as i,y as a}from"./index-CLuGzFdc.js";import{T as o,tt as s}from"./reactivity.esm-bundler-Cw3gzBSa.js";var c={class:`page`},l=e({__name:`Teach`,setup(e){return(e,l)=>(t(),i(`div`,c,[a(`h1`,null,s(o(n)(o(r).teach)),1)]))}});export{l as default};

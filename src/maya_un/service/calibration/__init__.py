@@ -1,0 +1,1 @@
+"""Calibration by a running robot: points measured at its poses, and the fit of the constants to them."""

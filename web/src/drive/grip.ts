@@ -1,0 +1,121 @@
+import type { HeldJog } from "../generated/api.ts";
+
+export type Axis = "a" | "b" | "c" | "x" | "y" | "z" | "r";
+
+/** Shares of the full speed along x, y and z; the length is at most 1. */
+export type Vector = [x: number, y: number, z: number];
+
+/** Where a held jog goes: along an axis at a share of the full speed, or along a vector. */
+export type Heading = { axis: Axis; direction: 1 | -1; speed: number } | { vector: Vector };
+
+/** The way to the service, and what a grip tells its owner. */
+export interface Wire {
+  ready(): boolean;
+  hold(heading: Heading, press: string): Promise<HeldJog>;
+  release(press: string): Promise<unknown>;
+  answered(answer: HeldJog): void;
+  failed(error: unknown): void;
+  /** The grip has ended, for whatever reason. */
+  ended(grip: Grip): void;
+}
+
+/** A held jog is repeated at this period; the service ends one that is silent for 0.5 s [ms]. */
+export const PERIOD = 150;
+
+/** Closer headings than this share of the full speed are the same. */
+const SAME = 0.02;
+
+/**
+ * The grip of a person on the robot: from the touch of a key, of a stick or of an enabling button to its end.
+ *
+ * While it has a heading, the robot jogs. Requests go in their order, never two at once, with the id of their press, so
+ * a late repeat starts nothing after the release. A grip that was ended, by its person or from outside, is over for
+ * good: the person must let go and take hold again.
+ */
+export class Grip {
+  private press = "";
+  private heading: Heading | null = null;
+  private sent: Heading | null = null;
+  private answeredAll = true;
+  private finished = false;
+  private timer: ReturnType<typeof setInterval> | undefined;
+
+  constructor(
+    private readonly wire: Wire,
+    private readonly newId: () => string,
+  ) {}
+
+  get over(): boolean {
+    return this.finished;
+  }
+
+  /** Jogs where `heading` says from now on; null lets the robot come to rest, and the grip goes on. */
+  steer(heading: Heading | null): void {
+    if (this.finished) return;
+    this.heading = heading;
+    if (heading === null) {
+      this.letGo();
+      return;
+    }
+    if (this.press === "") {
+      this.press = this.newId();
+      this.sent = null;
+      this.timer = setInterval(() => void this.repeat(), PERIOD);
+    }
+    if (this.sent === null || !alike(this.sent, heading)) void this.repeat();
+  }
+
+  /** Ends the grip, and the jog with it. */
+  end(): void {
+    if (this.finished) return;
+    this.finished = true;
+    this.letGo();
+    this.wire.ended(this);
+  }
+
+  private letGo(): void {
+    clearInterval(this.timer);
+    const { press } = this;
+    this.press = "";
+    this.sent = null;
+    if (press !== "" && this.wire.ready()) void this.wire.release(press).catch(() => undefined);
+  }
+
+  private async repeat(): Promise<void> {
+    const { press, heading } = this;
+    if (!this.answeredAll || press === "" || heading === null) return; // never more than one request on its way
+    if (!this.wire.ready()) {
+      this.end();
+      return;
+    }
+    this.answeredAll = false;
+    this.sent = heading;
+    try {
+      const answer = await this.wire.hold(heading, press);
+      if (press === this.press) this.wire.answered(answer);
+    } catch (error) {
+      if (press === this.press) {
+        this.wire.failed(error);
+        this.end();
+      }
+    } finally {
+      this.answeredAll = true;
+      this.catchUp();
+    }
+  }
+
+  /** Sends a heading that changed while the request before was on its way. */
+  private catchUp(): void {
+    if (this.press === "" || this.heading === null) return;
+    if (this.sent === null || !alike(this.sent, this.heading)) void this.repeat();
+  }
+}
+
+/** Whether two headings need no new request. */
+export function alike(one: Heading, other: Heading): boolean {
+  if ("vector" in one && "vector" in other) {
+    return one.vector.every((share, i) => Math.abs(share - (other.vector[i] ?? 0)) < SAME);
+  }
+  if ("vector" in one || "vector" in other) return false;
+  return one.axis === other.axis && one.direction === other.direction && Math.abs(one.speed - other.speed) < SAME;
+}

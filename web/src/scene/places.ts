@@ -1,0 +1,105 @@
+import * as THREE from "three";
+import type { Zone } from "../drive/plan.ts";
+import type { PalletInfo, Point, TaughtPose } from "../generated/api.ts";
+import { token } from "../look/theme.ts";
+import { cellOf } from "../state/places.ts";
+import { bodyOf, glass } from "./zones.ts";
+
+/** Cells of a pallet beyond this number are not drawn one by one. */
+const MOST_CELLS = 400;
+
+/** Taught poses, pallets, and a zone that is being entered, in the 3D picture. */
+export class PlacesLayer {
+  readonly group = new THREE.Group();
+  private readonly poses = new THREE.Group();
+  private readonly pallets = new THREE.Group();
+  private readonly draft = new THREE.Group();
+
+  constructor(private readonly changed: () => void) {
+    this.group.add(this.poses, this.pallets, this.draft);
+  }
+
+  setPoses(poses: readonly TaughtPose[]): void {
+    empty(this.poses);
+    for (const { name, point } of poses) {
+      if (point === null) continue;
+      const ball = new THREE.Mesh(new THREE.OctahedronGeometry(0.025), new THREE.MeshLambertMaterial({ color: token("c3") }));
+      ball.userData["token"] = "c3";
+      ball.position.set(...point);
+      const text = label(name);
+      text.position.set(point[0], point[1], point[2] + 0.07);
+      this.poses.add(ball, text);
+    }
+    this.changed();
+  }
+
+  setPallets(pallets: readonly PalletInfo[]): void {
+    empty(this.pallets);
+    for (const pallet of pallets) {
+      if (pallet.corners === null || pallet.corners.length < 4) continue;
+      const around = [0, 1, 3, 2].map((i) => new THREE.Vector3(...(pallet.corners?.[i] as Point)));
+      const edge = new THREE.LineLoop(new THREE.BufferGeometry().setFromPoints(around), new THREE.LineBasicMaterial({ color: token("c3") }));
+      edge.userData["token"] = "c3";
+      const text = label(pallet.name);
+      text.position.copy(around[0]!).add(new THREE.Vector3(0, 0, 0.05));
+      this.pallets.add(edge, text);
+      if (pallet.rows * pallet.columns > MOST_CELLS) continue;
+      for (let row = 1; row <= pallet.rows; row++) {
+        for (let column = 1; column <= pallet.columns; column++) {
+          const dot = new THREE.Mesh(new THREE.SphereGeometry(0.008, 8, 6), new THREE.MeshLambertMaterial({ color: token("c3") }));
+          dot.userData["token"] = "c3";
+          dot.position.set(...(cellOf(pallet, row, column) as Point));
+          this.pallets.add(dot);
+        }
+      }
+    }
+    this.changed();
+  }
+
+  setDraft(zone: Zone | null): void {
+    empty(this.draft);
+    if (zone !== null) {
+      const body = bodyOf(zone, glass(token("accent"), 0.35));
+      body.userData["token"] = "accent";
+      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(body.geometry, 30), new THREE.LineBasicMaterial({ color: token("accent") }));
+      edges.userData["token"] = "accent";
+      edges.position.copy(body.position);
+      edges.quaternion.copy(body.quaternion);
+      this.draft.add(body, edges);
+    }
+    this.changed();
+  }
+}
+
+function empty(group: THREE.Group): void {
+  for (const one of [...group.children]) {
+    group.remove(one);
+    if (one instanceof THREE.Sprite) one.material.map?.dispose();
+    if (one instanceof THREE.Mesh || one instanceof THREE.Line) one.geometry.dispose();
+  }
+}
+
+/** Returns a text that faces the camera, with an outline that both themes can read. */
+function label(text: string): THREE.Sprite {
+  const canvas = document.createElement("canvas");
+  const pen = canvas.getContext("2d");
+  const size = 36;
+  const font = `600 ${size}px Inter, sans-serif`;
+  if (pen !== null) {
+    pen.font = font;
+    canvas.width = Math.ceil(pen.measureText(text).width) + 16;
+    canvas.height = size * 1.5;
+    pen.font = font;
+    pen.textBaseline = "middle";
+    pen.lineWidth = 8;
+    pen.lineJoin = "round";
+    pen.strokeStyle = token("surface");
+    pen.fillStyle = token("ink");
+    pen.strokeText(text, 8, canvas.height / 2);
+    pen.fillText(text, 8, canvas.height / 2);
+  }
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false }));
+  const height = 0.1;
+  sprite.scale.set((height * canvas.width) / Math.max(1, canvas.height), height, 1);
+  return sprite;
+}
