@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { bodyAsJob, firstGap, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, writeStep, writeTarget, type JobData } from "../src/parts/queue/job.ts";
+import { bodyAsJob, firstGap, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/queue/job.ts";
 
 const JOB: JobData = {
   name: "one cube",
@@ -119,4 +119,12 @@ test.each([
   [{ name: "a", steps: ["home"], taught: { shelf: 1 } }, { name: "a", steps: ["home"] }],
 ])("makes a job of the body %j", (body, job) => {
   expect(bodyAsJob(body)).toEqual(job);
+});
+
+test("leaves out a step, but none of a loop or of a repeated job", () => {
+  expect(withoutStep(JOB, "steps.1")?.steps).toEqual([JOB.steps[0], JOB.steps[2], JOB.steps[3]]);
+  expect(withoutStep(JOB, "steps.3.do.0")).toBeNull();
+  expect(withoutStep(JOB, "steps.3")).toBeNull();
+  expect(withoutStep({ ...JOB, repeat: 2 }, "steps.1")).toBeNull();
+  expect(withoutStep({ steps: ["home"] }, "steps.0")).toBeNull();
 });

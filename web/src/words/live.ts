@@ -69,7 +69,7 @@ export const LIVE = words({
   keysHint: ["Arrow keys: x and y. Page up and down: z.", "Flechas: x e y. Re Pág y Av Pág: z."],
 });
 
-/** The phases of a homing (maya_un.controller.protocol.HOMING_PHASES). */
+/** The phases of a homing (maya_un.controller.protocol.HOMING_PHASES), and of the primitives. */
 export const PHASES: Record<string, Words> = {
   raise: ["raise the gripper", "subir la pinza"],
   datum_a: ["find the switch of axis a", "buscar el interruptor del eje a"],
@@ -78,4 +78,12 @@ export const PHASES: Record<string, Words> = {
   stroke_b: ["measure line b", "medir el cable b"],
   stroke_c: ["measure line c", "medir el cable c"],
   pose: ["drive to the rest pose", "ir a la pose de reposo"],
+  home: ["home", "referenciar"],
+  open: ["open the gripper", "abrir la pinza"],
+  close: ["close the gripper", "cerrar la pinza"],
+  approach: ["approach the place", "acercarse al lugar"],
+  down: ["go down", "bajar"],
+  up: ["go up", "subir"],
+  line: ["along a line", "por una línea"],
+  move: ["move", "mover"],
 };

@@ -1,4 +1,4 @@
-import type { OnFailure, QueueMode } from "../generated/api.ts";
+import type { QueueMode } from "../generated/api.ts";
 import { words, type Words } from "./index.ts";
 
 export const QUEUE = words({
@@ -47,7 +47,8 @@ export const QUEUE = words({
   decline: ["Decline", "Rechazar"],
   cancelJob: ["Cancel", "Cancelar"],
   cancelRunning: ["Stop and cancel", "Parar y cancelar"],
-  skipNext: ["Skip the next step", "Omitir el paso siguiente"],
+  skipNext: ["Skip “{step}”", "Omitir «{step}»"],
+  noSkip: ["A step of a loop or of a repeated job cannot be left out. Cancel the job, and add one without this step.", "No se puede omitir un paso de un bucle o de un trabajo repetido. Cancele el trabajo y añada uno sin ese paso."],
   editCopy: ["Edit a copy", "Editar una copia"],
   priority: ["Priority (−100 to 100)", "Prioridad (−100 a 100)"],
   priorityOf: ["priority {priority}", "prioridad {priority}"],
@@ -58,8 +59,6 @@ export const QUEUE = words({
   ended: ["Ended in the last 24 hours", "Terminados en las últimas 24 horas"],
   noneEnded: ["No job has ended in the last 24 hours.", "Ningún trabajo ha terminado en las últimas 24 horas."],
   all: ["All jobs", "Todos los trabajos"],
-  again: ["Run again", "Ejecutar de nuevo"],
-  againFrom: ["Run again from step {step}", "Ejecutar de nuevo desde el paso {step}"],
   againSkip: ["Skip step {step} and go on", "Omitir el paso {step} y seguir"],
   againStart: ["From the beginning", "Desde el principio"],
   queuedAs: ["Job {job} is in the queue.", "El trabajo {job} está en la cola."],
@@ -73,10 +72,8 @@ export const QUEUE = words({
   blocks: ["Blocks", "Bloques"],
   text: ["Text (YAML)", "Texto (YAML)"],
   view: ["How the job is shown", "Cómo se muestra el trabajo"],
-  addBlock: ["Add", "Añadir"],
   addTo: ["Add a block", "Añadir un bloque"],
   noBlocks: ["A job is a list of steps. Begin with an example, or add a block.", "Un trabajo es una lista de pasos. Empiece con un ejemplo o añada un bloque."],
-  blockOf: ["Step {number}: {command}", "Paso {number}: {command}"],
   blockGrip: ["Move step {number}, {command}. Drag, or press Alt and an arrow key.", "Mover el paso {number}, {command}. Arrastre, o pulse Alt y una flecha."],
   blockMoved: ["Step {from} is now step {to}.", "El paso {from} es ahora el paso {to}."],
   removeBlock: ["Delete step {number}, {command}", "Borrar el paso {number}, {command}"],
@@ -89,7 +86,6 @@ export const QUEUE = words({
   placesGroup: ["Places of this job", "Lugares de este trabajo"],
   palletsGroup: ["Pallets", "Paletas"],
   posesGroup: ["Taught poses", "Poses enseñadas"],
-  otherGroup: ["Other", "Otros"],
   unknownName: ["{name} (unknown)", "{name} (desconocido)"],
   cellOf: ["a cell of {name}", "una celda de {name}"],
   cell: ["Cell", "Celda"],
@@ -173,8 +169,3 @@ export const COMMANDS: Record<string, Words> = {
 };
 
 export const GRIPPER = { open: ["open", "abrir"], close: ["close", "cerrar"] } as const satisfies Record<string, Words>;
-
-export const ON_FAILURE: Record<OnFailure, Words> = {
-  continue: ["the queue goes on", "la cola sigue"],
-  pause: ["the queue pauses", "la cola se pausa"],
-};

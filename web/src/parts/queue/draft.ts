@@ -97,6 +97,7 @@ function read(): Promise<void> {
 async function parse(): Promise<void> {
   const mine = change.value;
   if (text.value.trim() === "") return settle(mine, EMPTY, null);
+  if (connection.value !== "live") return; // the next connection reads it
   try {
     const found = await ask("POST /v1/jobs/parse", { body: { text: text.value } });
     settle(mine, found.job as JobData | null, found.mistake);
@@ -122,7 +123,7 @@ function fail(mine: number, error: unknown): void {
 }
 
 async function format(): Promise<void> {
-  if (writing) return;
+  if (writing || connection.value !== "live") return;
   writing = true;
   let mine = -1;
   while (ahead.value === "blocks" && mine !== change.value && firstGap(job.value) === null && job.value.steps.length > 0) {

@@ -215,3 +215,14 @@ function plain(step: Step): Step {
   const { command, argument, inner } = readStep(step);
   return writeStep(command, argument, inner === null ? null : inner.map(plain));
 }
+
+/**
+ * Returns a job without the step of a report with this `key`, to leave out a step that has not begun. Null if that
+ * is not possible: the step is one of a loop, the job is repeated, or the step is its only one.
+ */
+export function withoutStep(job: JobData, key: string): JobData | null {
+  const place = /^steps\.(\d+)$/.exec(key)?.[1];
+  if (place === undefined || (job.repeat ?? 1) !== 1 || job.steps.length < 2) return null;
+  if (readStep(job.steps[Number(place)]).inner !== null) return null;
+  return { ...job, steps: job.steps.filter((_, i) => i !== Number(place)) };
+}
