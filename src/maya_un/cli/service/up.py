@@ -382,7 +382,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         refusal = await _refusal_to_skip_home(running) if robot.skip_home else None
         bridge = _bridge(running, settings)
         app = create_app(bridge, options.remote.edge(), metrics)
-        add_dashboard(app)
+        add_dashboard(app, robot.config.camera.url)
         ending = ShutdownRequest(finish=options.finish)
         far = () if listeners.far is None else (listeners.far,)
         beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed)
