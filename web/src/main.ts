@@ -1,5 +1,6 @@
 import { createApp } from "vue";
 import App from "./App.vue";
+import { listenForStop } from "./drive/stop-keys.ts";
 import "./look/tokens.css";
 import "./look/base.css";
 import { apply } from "./look/theme.ts";
@@ -10,3 +11,4 @@ apply();
 setLanguage(language.value);
 createApp(App).mount("#app");
 start();
+listenForStop();
