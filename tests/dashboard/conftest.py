@@ -10,20 +10,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
-from tests.dashboard.services import SPEED, Service, service
-from tests.dashboard.tabs import VIOLATIONS, Tab
-from tests.secrecy import secret
-
-FLAGS = (
-    "--enable-unsafe-swiftshader",
-    "--disable-quic",
-    "--disable-background-networking",
-    "--disable-component-update",
-)
-"""Software drawing composes a page in software, too, unless it is said like this."""
-
-PASSWORD = secret("root of the dashboard")
-"""Of the user `root`."""
+from tests.dashboard.services import PASSWORD, SPEED, Service, service
+from tests.dashboard.tabs import FLAGS, VIOLATIONS, Tab
 
 
 def no_browser() -> str:
@@ -73,7 +61,7 @@ def tab_of(chromium: Browser) -> Iterator[Callable[..., Tab]]:
     tabs: list[Tab] = []
 
     def opened(of: Service, *, width: int = 1440, height: int = 900, **options: Any) -> Tab:
-        context = chromium.new_context(viewport={"width": width, "height": height}, locale="en", **options)
+        context = chromium.new_context(viewport={"width": width, "height": height}, **{"locale": "en", **options})
         context.add_init_script(VIOLATIONS)
         tabs.append(Tab(context, of.url))
         return tabs[-1]

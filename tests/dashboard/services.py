@@ -10,7 +10,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tests.ports import free_port
+from tests.secrecy import secret
 from tests.system.robots import Running, up
+
+PASSWORD = secret("root of the dashboard")
+"""Of the user `root`."""
 
 SPEED = 20
 """Of the robot's clock: homing takes some seconds, and a motion at a tenth of its speed can be stopped."""
@@ -71,6 +75,12 @@ class Service:
         status, answer = self._asked(request, body)
         assert status < 300, answer
         return answer
+
+    def refused(self, request: str, body: object = None) -> bool:
+        """Ask, and return whether the answer is a refusal."""
+        status, _ = self._asked(request, body)
+        assert status < 500
+        return status >= 400
 
     def until(self, holds: Callable[[Any], bool], path: str = "/v1/status") -> Any:
         """Look at something until it is so, and return it."""
