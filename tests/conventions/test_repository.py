@@ -16,7 +16,9 @@ import maya_un
 from dmc41x3.twin.commands import COVERAGE, CoverageClass
 from tests.conventions.source import PACKAGES, ROOT
 
-COMMANDS = ["run", "test"] + [f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros")]
+COMMANDS = ["run", "test"] + [
+    f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros", "web")
+]
 LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock"]
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
 

@@ -72,6 +72,7 @@ def test_the_command_hands_seed_and_size_on_and_keeps_the_rest(words: list[str],
         f"venv={tmp_path}/venv\nfail() {{ exit 9; }}\n"
         "provide_environment() { :; }\nprovide_clients() { :; }\nprovide_command() { :; }\nprovide_broker() { :; }\n"
         "provide_scripts() { :; }\nprovide_ros() { :; }\n"
+        "browser_can_be() { :; }\n"
         "ros_can_be() { :; }\n",
         encoding="utf-8",
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import http.client
 import json
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -18,18 +18,20 @@ LOOKS = 400
 
 @dataclass(slots=True)
 class Running:
-    """A `maya up` of its own and the way to ask it."""
+    """A `maya up` of its own and the way to ask it, with a token if there is one."""
 
     process: Process
     url: str
     pid: int
+    token: str = ""
 
     def ask(self, method: str, path: str, body: object = None) -> tuple[int, Any]:
         """Return status and answer of a request."""
         connection = http.client.HTTPConnection(self.url.removeprefix("http://"), timeout=30.0)
         try:
             data = None if body is None else json.dumps(body)
-            connection.request(method, path, data, {"Content-Type": "application/json"})
+            known = {"Authorization": f"Bearer {self.token}"} if self.token else {}
+            connection.request(method, path, data, {"Content-Type": "application/json", **known})
             answer = connection.getresponse()
             text = answer.read()
             return answer.status, json.loads(text) if text else None
@@ -55,9 +57,9 @@ class Running:
 
 
 @contextmanager
-def up(options: str, *, cold: bool = False) -> Iterator[Running]:
-    """Run `maya up` while the block runs; `cold` is as for `Process`."""
-    process = Process(f"up --port 0 --json {options}", quiet=True, cold=cold)
+def up(options: str, env: Mapping[str, str] | None = None, *, cold: bool = False, port: int = 0) -> Iterator[Running]:
+    """Run `maya up` while the block runs; `env` and `cold` are as for `Process`."""
+    process = Process(f"up --port {port} --json {options}", env=env, quiet=True, cold=cold)
     try:
         url = process.until('"url"').split('"')[3]
         yield Running(process, url, int(process.until('"pid"').strip(",").split()[-1]))

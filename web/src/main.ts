@@ -1,6 +1,7 @@
 import { createApp } from "vue";
 import App from "./App.vue";
 import { keepFiles } from "./app/install.ts";
+import { listenForStop } from "./drive/stop-keys.ts";
 import "./look/tokens.css";
 import "./look/base.css";
 import { apply } from "./look/theme.ts";
@@ -15,3 +16,4 @@ createApp(App).mount("#app");
 if (code) void redeem(code).finally(start);
 else start();
 addEventListener("load", () => void keepFiles());
+listenForStop();

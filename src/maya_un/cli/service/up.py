@@ -387,7 +387,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         bridge = _bridge(running, settings)
         addresses = options.remote.addresses(listeners.far)
         app = create_app(bridge, options.remote.edge(), metrics, addresses)
-        add_dashboard(app)
+        add_dashboard(app, robot.config.camera.url)
         ending = ShutdownRequest(finish=options.finish)
         far = () if listeners.far is None else (listeners.far,)
         beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed)

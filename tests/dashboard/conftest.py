@@ -1,0 +1,89 @@
+"""A robot with its dashboard, and a browser, which all tests of this folder share."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, sync_playwright
+
+from tests.dashboard.services import PASSWORD, SPEED, Service, service
+from tests.dashboard.tabs import FLAGS, VIOLATIONS, Tab
+
+
+def no_browser() -> str:
+    """Return why no browser can be started here, "" if one can."""
+    told = os.environ.get("MAYA_NO_BROWSER", "")
+    return told or ("" if shutil.which("chromium") else "chromium is not installed; ./test installs it")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip tests that need a browser if there is none."""
+    reason = no_browser()
+    for item in items:
+        if reason and "chromium" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.skip(reason=f"no browser: {reason}"))
+
+
+@pytest.fixture(scope="session")
+def robot_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """Return a service whose robot begins to home."""
+    with service(tmp_path_factory.mktemp("dashboard"), f"--speed {SPEED} --journal memory") as made:
+        made.ask("POST /v1/tasks", {"command": "home"})
+        yield made
+
+
+@pytest.fixture
+def robot(robot_service: Service) -> Iterator[Service]:
+    """Return that service with its robot homed and at rest; whatever the test leaves is stopped."""
+    robot_service.until_homed()
+    yield robot_service
+    robot_service.ask("POST /v1/stop")
+    robot_service.ask("POST /v1/speed", {"ratio": 1.0})
+    robot_service.until(lambda queue: queue["running"] is None, "/v1/queue")
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Browser]:
+    """Return a browser."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def tab_of(chromium: Browser) -> Iterator[Callable[..., Tab]]:
+    """Return what opens a tab, in a context of its own, for a service; none may have a problem at the end."""
+    tabs: list[Tab] = []
+
+    def opened(of: Service, *, width: int = 1440, height: int = 900, **options: Any) -> Tab:
+        context = chromium.new_context(viewport={"width": width, "height": height}, **{"locale": "en", **options})
+        context.add_init_script(VIOLATIONS)
+        tabs.append(Tab(context, of.url))
+        return tabs[-1]
+
+    yield opened
+    for tab in tabs:
+        tab.page.context.close()
+    assert [problem for tab in tabs for problem in tab.problems] == []
+
+
+@pytest.fixture
+def tab(robot: Service, tab_of: Callable[..., Tab]) -> Tab:
+    """Return a tab with the first page of that robot."""
+    made = tab_of(robot)
+    made.open("/")
+    return made
+
+
+@pytest.fixture(scope="session")
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """Return a service with users: `root` is asked for whatever the tests ask."""
+    with service(tmp_path_factory.mktemp("guarded"), f"--speed {SPEED}") as made:
+        made.token = made.ask("POST /v1/users", {"name": "root", "role": "admin"})["token"]
+        made.ask("PATCH /v1/users/root", {"password": PASSWORD})
+        yield made

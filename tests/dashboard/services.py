@@ -1,0 +1,149 @@
+"""A `maya up` that keeps its port and its folder over a restart, and its robot."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from http.client import HTTPConnection
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tests.ports import free_port
+from tests.secrecy import secret
+from tests.system.robots import Running, up
+
+PASSWORD = secret("root of the dashboard")
+"""Of the user `root`."""
+
+SPEED = 20
+"""Of the robot's clock: homing takes some seconds, and a motion at a tenth of its speed can be stopped."""
+
+
+class Answer(NamedTuple):
+    """An answer over HTTP."""
+
+    status: int
+    headers: dict[str, str]
+    body: bytes
+
+    @property
+    def json(self) -> Any:
+        """What the body says."""
+        return json.loads(self.body)
+
+
+class Service:
+    """A robot with a dashboard: started, killed and started again at the same address, with the same files."""
+
+    def __init__(self, folder: Path, options: str) -> None:
+        self.port = free_port()
+        self.url = f"http://127.0.0.1:{self.port}"
+        self.folder = folder
+        self.token = ""
+        self._options = options
+        self._stack = ExitStack()
+        self._running: Running | None = None
+
+    def start(self) -> None:
+        """Start it, and return when it answers."""
+        places = {
+            "MAYA_CONFIG": "",
+            "MAYA_RUNTIME_DIR": str(self.folder / "run"),
+            "MAYA_STATE_DIR": str(self.folder / "state"),
+            "XDG_CONFIG_HOME": str(self.folder / "config"),
+            "XDG_STATE_HOME": str(self.folder / "state"),
+        }
+        self._running = self._stack.enter_context(up(self._options, places, port=self.port))
+
+    def kill(self) -> None:
+        """Kill it as a power cut does."""
+        self._stack.close()
+
+    def request(self, method: str, path: str, **headers: str) -> Answer:
+        """Return an answer with its headers, whose names are in lower case; `_` in the name of one stands for `-`."""
+        connection = HTTPConnection("127.0.0.1", self.port, timeout=30.0)
+        try:
+            connection.request(method, path, headers={name.replace("_", "-"): text for name, text in headers.items()})
+            answer = connection.getresponse()
+            return Answer(answer.status, {name.lower(): text for name, text in answer.getheaders()}, answer.read())
+        finally:
+            connection.close()
+
+    def ask(self, request: str, body: object = None) -> Any:
+        """Return the answer to "METHOD /path", which must not be a refusal."""
+        status, answer = self._asked(request, body)
+        assert status < 300, answer
+        return answer
+
+    def refused(self, request: str, body: object = None) -> bool:
+        """Ask, and return whether the answer is a refusal."""
+        status, _ = self._asked(request, body)
+        assert status < 500
+        return status >= 400
+
+    def until(self, holds: Callable[[Any], bool], path: str = "/v1/status") -> Any:
+        """Look at something until it is so, and return it."""
+        assert self._running is not None
+        self._running.token = self.token
+        return self._running.until(holds, path)
+
+    def _asked(self, request: str, body: object) -> tuple[int, Any]:
+        assert self._running is not None
+        self._running.token = self.token
+        method, path = request.split(" ", 1)
+        return self._running.ask(method, path, body)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The robot's state."""
+        return self.ask("GET /v1/status")["state"]
+
+    @property
+    def newest(self) -> int:
+        """The number of the newest event."""
+        return self.ask("GET /v1/status")["last_event"]
+
+    def until_event(self, kind: str, since: int) -> Any:
+        """Return the first event of a kind after another one."""
+        found = self.until(lambda events: any(one["kind"] == kind for one in events), f"/v1/events?since={since}")
+        return next(one for one in found if one["kind"] == kind)
+
+    def until_homed(self) -> None:
+        """Home the robot if it is not homed, and wait for its end."""
+        if not self.state["homed"]:
+            if self.state["mode"] != "homing":
+                self.ask("POST /v1/tasks", {"command": "home"})
+            self.until(lambda status: status["state"]["homed"])
+        self.until(lambda status: status["state"]["mode"] == "idle")
+
+    def begin_motion(self) -> None:
+        """Have the robot turn slowly by about a radian: it is under way for long."""
+        self.until_homed()
+        self.ask("POST /v1/speed", {"ratio": 0.1})
+        joints = self.state["joints"]
+        to = [0.2 if joints[0] > 0.7 else 1.2, 1.5, 1.5]
+        self.ask("POST /v1/tasks", {"command": "move", "joints": to})
+        self.until(lambda status: status["state"]["moving"])
+
+    def rests(self) -> bool:
+        """Return whether the robot is at rest, by its own state."""
+        state = self.state
+        return not state["moving"] and state["mode"] == "idle"
+
+    def require_rest(self) -> None:
+        """Wait until the robot is at rest; it must then stay at its place for two seconds of its own clock."""
+        at = self.until(lambda status: not status["state"]["moving"] and status["state"]["mode"] == "idle")["state"]
+        later = self.until(lambda status: status["state"]["time"] > at["time"] + 2.0)["state"]
+        assert (later["moving"], later["counts"]) == (False, at["counts"])
+
+
+@contextmanager
+def service(folder: Path, options: str) -> Iterator[Service]:
+    """Run a service while the block runs."""
+    made = Service(folder, options)
+    try:
+        made.start()
+        yield made
+    finally:
+        made.kill()
