@@ -1,5 +1,6 @@
 import { expect, test } from "vitest";
-import { bodyAsJob, firstGap, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/queue/job.ts";
+import type { StepResult } from "../src/generated/api.ts";
+import { bodyAsJob, firstGap, firstUndone, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/queue/job.ts";
 
 const JOB: JobData = {
   name: "one cube",
@@ -127,4 +128,15 @@ test("leaves out a step, but none of a loop or of a repeated job", () => {
   expect(withoutStep(JOB, "steps.3")).toBeNull();
   expect(withoutStep({ ...JOB, repeat: 2 }, "steps.1")).toBeNull();
   expect(withoutStep({ steps: ["home"] }, "steps.0")).toBeNull();
+});
+
+test.each([
+  [["done", "done"], null],
+  [["done", "failed", "skipped"], 2],
+  [["skipped", "skipped", "failed"], 1],
+  [["skipped", "done", "failed"], 3],
+  [["cancelled", "skipped"], 1],
+])("a job with the steps %j begins again at %j", (states, first) => {
+  const steps = states.map((state, i) => ({ index: i + 1, state }) as StepResult);
+  expect(firstUndone(steps)).toBe(first);
 });

@@ -43,6 +43,8 @@ export const complete = computed(
   () => ahead.value === null && mistake.value === null && problem.value === null && job.value.steps.length > 0 && gap.value === null,
 );
 
+/** Whether the person has changed the draft since it was put there. */
+let own = text.value !== "";
 let timer: ReturnType<typeof setTimeout> | undefined;
 let reading: Promise<void> = Promise.resolve();
 let writing = false;
@@ -52,6 +54,7 @@ watch(connection, () => connection.value === "live" && catchUp(), { immediate: t
 
 /** Takes a change of the text; it is parsed when the person pauses. */
 export function write(value: string): void {
+  own = true;
   text.value = value;
   change.value += 1;
   ahead.value = "text";
@@ -61,8 +64,9 @@ export function write(value: string): void {
 
 /** Puts another text in the place of the draft, which can be brought back. */
 export function replace(value: string, why: "replaced" | null = "replaced"): void {
-  former.value = why !== null && text.value.trim() !== "" && text.value !== value ? { text: text.value, why } : null;
+  former.value = why !== null && own && text.value.trim() !== "" && text.value !== value ? { text: text.value, why } : null;
   write(value);
+  own = why === null;
   void read();
 }
 
@@ -76,6 +80,7 @@ export async function edit(changed: (job: JobData) => JobData): Promise<void> {
   if (ahead.value === "text") await read();
   if (mistake.value !== null) return;
   if (/(^|\s)#/.test(text.value)) former.value = { text: text.value, why: "comments" };
+  own = true;
   job.value = tidy(changed(job.value));
   change.value += 1;
   ahead.value = "blocks";

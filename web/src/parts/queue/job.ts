@@ -1,4 +1,4 @@
-import type { Job } from "../../generated/api.ts";
+import type { Job, StepResult } from "../../generated/api.ts";
 
 /**
  * A job as plain data, as the service parses and formats it. Blocks are a view of its steps: nothing else is kept, so
@@ -225,4 +225,11 @@ export function withoutStep(job: JobData, key: string): JobData | null {
   if (place === undefined || (job.repeat ?? 1) !== 1 || job.steps.length < 2) return null;
   if (readStep(job.steps[Number(place)]).inner !== null) return null;
   return { ...job, steps: job.steps.filter((_, i) => i !== Number(place)) };
+}
+
+/** Returns the step at which an ended job begins again by default (maya_un.process.process), null if all are done. */
+export function firstUndone(steps: readonly StepResult[]): number | null {
+  const begun = Math.max(0, ...steps.filter((one) => one.state === "done").map((one) => one.index));
+  const left = steps.find((one) => one.state !== "done" && !(one.state === "skipped" && one.index < begun));
+  return left?.index ?? null;
 }
