@@ -61,7 +61,8 @@ def tab_of(chromium: Browser) -> Iterator[Callable[..., Tab]]:
     tabs: list[Tab] = []
 
     def opened(of: Service, *, width: int = 1440, height: int = 900, **options: Any) -> Tab:
-        context = chromium.new_context(viewport={"width": width, "height": height}, **{"locale": "en", **options})
+        known: dict[str, Any] = {"viewport": {"width": width, "height": height}, "locale": "en", **options}
+        context = chromium.new_context(**known)
         context.add_init_script(VIOLATIONS)
         tabs.append(Tab(context, of.url))
         return tabs[-1]

@@ -29,7 +29,7 @@ class Answer(NamedTuple):
 
     @property
     def json(self) -> Any:
-        """What the body says."""
+        """The content of the body."""
         return json.loads(self.body)
 
 

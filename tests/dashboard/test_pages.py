@@ -38,7 +38,7 @@ def test_a_page_is_whole_in_every_language_size_and_theme(
                 assert tab.get("document.documentElement.scrollWidth <= innerWidth"), f"{where} scrolls sideways"
                 assert tab.get(HEADINGS).count(1) == 1, where
                 stop_in_sight(tab)
-            assert tab.get(r"document.body.innerText.match(/\{\w+\}|undefined|NaN|\[object/)") is None, where
+                assert tab.get(r"document.body.innerText.match(/\{\w+\}|undefined|NaN|\[object/)") is None, where
 
 
 @pytest.mark.parametrize("path", PAGES)

@@ -15,7 +15,7 @@ JOB = {"name": "jaws", "steps": [{"gripper": ("open", "close")[step % 2]} for st
 """Steps of half a second that need no homing."""
 
 GONE = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE")
-"""What the browser itself writes to the console about a service that is not there."""
+"""The browser itself writes these to the console about a service that is not there."""
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import { parse } from "vue/compiler-sfc";
 
 const SOURCE = join(import.meta.dirname, "..", "src");
 
-/** Names and units that are the same in every language. */
-const INTERNATIONAL = new Set(["Maya", "a", "b", "c", "x", "y", "z", "m", "mm", "rad", "s", "ms", "Hz", "V", "N", "kB", "MB", "px"]);
+/** Names, units and formats that are the same in every language. */
+const INTERNATIONAL = new Set(["Maya", "a", "b", "c", "x", "y", "z", "m", "mm", "rad", "s", "ms", "Hz", "V", "N", "kB", "MB", "px", "CSV", "MCAP"]);
 
 /** Attributes that people read or hear. */
 const READ = new Set(["alt", "aria-description", "aria-label", "label", "placeholder", "title"]);
