@@ -128,7 +128,7 @@ def test_over_a_dialogue_and_without_a_token(guarded: Service, tab_of: Callable[
         guarded.ask("POST /v1/tasks", {"command": "home"})
         guarded.until(lambda status: status["state"]["moving"])
         if name == "phone":
-            tab.page.locator("dialog button.stop").click()
+            tab.page.locator(".dock button.stop").click()
         elif name == "tablet":
             tab.page.keyboard.press("Escape")
             tab.page.keyboard.press("Escape")
