@@ -104,7 +104,7 @@ export const PEOPLE = words({
   setPassword: ["Set the password", "Asignar la contraseña"],
   passwordOfUser: ["New password (empty removes it)", "Contraseña nueva (vacía la quita)"],
   removeUser: ["Remove the user", "Quitar el usuario"],
-  removeSure: ["Remove {name} and all tokens of {name}? Open pages of {name} close at once.", "¿Quitar a {name} y todos sus tokens? Las páginas abiertas de {name} se cierran al instante."],
+  removeSure: ["Remove {name} and all tokens of {name}? Open pages of {name} close at once.", "¿Quitar a {name} y todos los tokens de {name}? Las páginas abiertas de {name} se cierran al instante."],
   nameHint: ["Small letters, digits and . _ - (at most 32)", "Letras minúsculas, cifras y . _ - (32 como máximo)"],
 
   // Tokens

@@ -67,6 +67,7 @@ export const QUEUE = words({
   // the composer
   newJob: ["New job", "Nuevo trabajo"],
   examples: ["Examples", "Ejemplos"],
+  jobWord: ["job", "trabajo"],
   jobName: ["Name of the job", "Nombre del trabajo"],
   repeat: ["Repeat", "Repetir"],
   blocks: ["Blocks", "Bloques"],
