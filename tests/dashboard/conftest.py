@@ -28,7 +28,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.skip(reason=f"no browser: {reason}"))
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def robot_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     """Return a service whose robot begins to home."""
     with service(tmp_path_factory.mktemp("dashboard"), f"--speed {SPEED} --journal memory") as made:
@@ -46,9 +46,9 @@ def robot(robot_service: Service) -> Iterator[Service]:
     robot_service.until(lambda queue: queue["running"] is None, "/v1/queue")
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def chromium() -> Iterator[Browser]:
-    """Return a browser."""
+    """Return a browser. Playwright's event loop runs as long as it does, and no other test may find one running."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
         yield browser
@@ -81,7 +81,7 @@ def tab(robot: Service, tab_of: Callable[..., Tab]) -> Tab:
     return made
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
     """Return a service with users: `root` is asked for whatever the tests ask."""
     with service(tmp_path_factory.mktemp("guarded"), f"--speed {SPEED}") as made:
