@@ -49,7 +49,7 @@ def come_back(own: Service, tab: Tab) -> None:
 def test_the_page_says_that_the_service_is_gone_and_goes_on_when_it_is_back(own: Service, kept_tab: Tab) -> None:
     assert "The robot may still move." not in kept_tab.text()
     own.kill()
-    kept_tab.until("document.querySelector('[data-lost]').innerText.includes('The robot may still move.')")
+    kept_tab.until("document.querySelector('[data-lost]')?.innerText.includes('The robot may still move.')")
     assert kept_tab.get("document.querySelector('.app').classList.contains('stale')")
     kept_tab.page.click("button.stop >> visible=true")
     kept_tab.until("document.querySelector('[data-stopped]').innerText.includes('Use the emergency stop.')")
@@ -64,7 +64,7 @@ def test_after_a_power_cut_a_person_decides_and_the_job_ends(own: Service, kept_
     job = own.ask("POST /v1/jobs", JOB)["id"]
     own.until(lambda report: report["steps"][1]["state"] == "running", f"/v1/jobs/{job}")
     come_back(own, kept_tab)
-    kept_tab.until("document.querySelector('[data-recovery]').innerText.includes('open and close')")
+    kept_tab.until("document.querySelector('[data-recovery]')?.innerText.includes('open and close')")
     stop_in_sight(kept_tab)
     assert own.ask("GET /v1/queue")["mode"] == "paused"
     dialog = kept_tab.page.locator("[data-recovery]")

@@ -136,7 +136,7 @@ def add_recovery(routes: Routes) -> None:
         Operation.RESTART,
         tag=_QUEUE,
         gives=QueueView,
-        refuses=(NotFound, AnswerNeeded, NotHomed, PathRefused, Unreachable),
+        refuses=(NotFound, AnswerNeeded, Faulted, NotConnected, NotHomed, PathRefused, Unreachable),
         examples=choices,
         client="queue.recover",
         patience=AT_REST,
