@@ -1,4 +1,5 @@
-import { computed, defineAsyncComponent, ref, type Component } from "vue";
+import { lazy } from "./look/lazy.ts";
+import { computed, ref, type Component } from "vue";
 import type { IconName } from "./look/icon-names.ts";
 import { COMMON } from "./words/common.ts";
 import type { Words } from "./words/index.ts";
@@ -13,17 +14,15 @@ export interface Page {
   listed: boolean;
 }
 
-const later = (load: () => Promise<{ default: Component }>) => defineAsyncComponent(load);
-
 /** All pages. The server answers exactly these paths (src/maya_un/dashboard/pages.py). */
 export const PAGES: readonly Page[] = [
   { path: "/", words: COMMON.live, icon: "activity", view: Live, listed: true },
-  { path: "/drive", words: COMMON.drive, icon: "move", view: later(() => import("./pages/Drive.vue")), listed: false },
-  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: later(() => import("./pages/Queue.vue")), listed: true },
-  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: later(() => import("./pages/Teach.vue")), listed: true },
-  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: later(() => import("./pages/History.vue")), listed: true },
-  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: later(() => import("./pages/Workshop.vue")), listed: true },
-  { path: "/people", words: COMMON.people, icon: "users", view: later(() => import("./pages/People.vue")), listed: true },
+  { path: "/drive", words: COMMON.drive, icon: "move", view: lazy(() => import("./pages/Drive.vue")), listed: false },
+  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: lazy(() => import("./pages/Queue.vue")), listed: true },
+  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: lazy(() => import("./pages/Teach.vue")), listed: true },
+  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: lazy(() => import("./pages/History.vue")), listed: true },
+  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: lazy(() => import("./pages/Workshop.vue")), listed: true },
+  { path: "/people", words: COMMON.people, icon: "users", view: lazy(() => import("./pages/People.vue")), listed: true },
 ];
 
 const path = ref(location.pathname);

@@ -1,4 +1,5 @@
-import { defineAsyncComponent, type Component } from "vue";
+import { lazy } from "../look/lazy.ts";
+import { type Component } from "vue";
 import type { IconName } from "../look/icon-names.ts";
 import type { Words } from "../words/index.ts";
 import { WORKSHOP } from "../words/workshop.ts";
@@ -13,16 +14,14 @@ export interface Tool {
   twin?: true;
 }
 
-const later = (load: () => Promise<{ default: Component }>) => defineAsyncComponent(load);
-
 export const TOOLS: readonly Tool[] = [
-  { name: "overview", words: WORKSHOP.overview, icon: "activity", view: later(() => import("./Overview.vue")) },
-  { name: "scope", words: WORKSHOP.scope, icon: "gauge", view: later(() => import("./Scope.vue")) },
-  { name: "terminal", words: WORKSHOP.terminal, icon: "terminal", view: later(() => import("./Terminal.vue")) },
-  { name: "configuration", words: WORKSHOP.configuration, icon: "settings", view: later(() => import("./Configuration.vue")) },
-  { name: "calibration", words: WORKSHOP.calibration, icon: "crosshair", view: later(() => import("./Calibration.vue")) },
-  { name: "faults", words: WORKSHOP.faults, icon: "triangle-alert", view: later(() => import("./Faults.vue")), twin: true },
-  { name: "logs", words: WORKSHOP.logs, icon: "list-ordered", view: later(() => import("./Logs.vue")) },
+  { name: "overview", words: WORKSHOP.overview, icon: "activity", view: lazy(() => import("./Overview.vue")) },
+  { name: "scope", words: WORKSHOP.scope, icon: "gauge", view: lazy(() => import("./Scope.vue")) },
+  { name: "terminal", words: WORKSHOP.terminal, icon: "terminal", view: lazy(() => import("./Terminal.vue")) },
+  { name: "configuration", words: WORKSHOP.configuration, icon: "settings", view: lazy(() => import("./Configuration.vue")) },
+  { name: "calibration", words: WORKSHOP.calibration, icon: "crosshair", view: lazy(() => import("./Calibration.vue")) },
+  { name: "faults", words: WORKSHOP.faults, icon: "triangle-alert", view: lazy(() => import("./Faults.vue")), twin: true },
+  { name: "logs", words: WORKSHOP.logs, icon: "list-ordered", view: lazy(() => import("./Logs.vue")) },
 ];
 
 /** Returns the tools of a twin or of a machine. */
