@@ -14,7 +14,10 @@ STEPS = 6
 JOB = {"name": "open and close", "steps": [{"gripper": ("open", "close")[step % 2]} for step in range(STEPS)]}
 """Steps of half a second that need no homing."""
 
-GONE = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE", "error occurred when fetching the script")
+GONE = (
+    *("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE"),
+    "error occurred when fetching the script",
+)
 """The browser itself writes these to the console about a service that is not there."""
 
 
