@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 from collections.abc import Iterator
+from threading import Event, Thread
 from typing import Any
 
 import pytest
@@ -14,9 +15,13 @@ from tests.ros.driver_client import Driver, Feed, Goal, RefusedError
 from tests.ros.harness import HERE, Ros
 from tests.ros.peer_outcomes import MOVE, GoalOutcome
 from tests.ros.programs import Program
+from tests.ros.slow_master import slow_master
 from tests.ros.workspace import ROOT, Workspace, python
 
 pytestmark = pytest.mark.system
+
+OFFERED = ("in", "out", "said", "do", "move", "lasting", "failing", "late", "quick")
+"""Names below /peer of a peer; others of the same graph need other ones."""
 
 
 class Peer:
@@ -80,6 +85,33 @@ def test_latched_messages_reach_late_subscribers_and_order_is_kept(peer: Peer, d
     assert [message["data"] for message in heard.messages] == ["latched", *map(str, range(200))]
     peer.do("writers")
     assert peer.says("writers")["names"] == [driver.name]
+
+
+@pytest.mark.waits("2 s: rospy begins to handle the publishers of topics, and gets the news of another one")
+def test_publisher_that_registers_during_a_subscription_is_heard(ros: Ros, driver: Driver) -> None:
+    """rospy handles the old answer to the registration after the new list of publishers, and drops the list."""
+    publishing = Thread(
+        target=driver.publish, args=("/missed/in", "std_msgs/String", {"data": "heard"}), kwargs={"latch": True}
+    )
+
+    def publish() -> None:
+        Event().wait(1.0)  # rospy looks at them every half second, and waits now for the end of the registration
+        publishing.start()
+        ros.until(lambda: "/missed/in" in dict(ros.ask_master("getPublishedTopics", "")), "a publisher")
+        Event().wait(1.0)
+
+    heard = driver.subscribe("/missed/out", "std_msgs/String")
+    names = [f"/peer/{name}:=/missed/{name}" for name in OFFERED]
+    path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
+    with slow_master(ros.uri, "registerSubscriber", "/missed/in", publish) as way:
+        peer = ros.start(
+            str(python()), "-m", "tests.ros.peer", "__name:=missed", *names,
+            environment={"PYTHONPATH": path, "ROS_MASTER_URI": way.uri},
+        )  # fmt: skip
+        heard.until(lambda message: message["data"] == "heard")
+        assert way.held.is_set()
+        peer.close()
+    publishing.join()
 
 
 @pytest.mark.parametrize(("service", "words"), [("/peer/late", "in the loop"), ("/peer/quick", "at once")])

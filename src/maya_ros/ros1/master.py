@@ -19,7 +19,7 @@ from collections import defaultdict
 from collections.abc import Awaitable, Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from http.client import HTTPConnection, HTTPException
-from queue import SimpleQueue
+from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 from urllib.parse import urlsplit
 from xml.parsers.expat import ExpatError
@@ -155,6 +155,20 @@ def published() -> frozenset[str]:
     """Return the topics that have a publisher."""
     publishers, _, _ = told(lambda at: at.getSystemState())
     return frozenset(name for name, _ in publishers)
+
+
+def publishers_of(topic: str, kind: str) -> frozenset[str]:
+    """Return the XML-RPC addresses of the nodes that publish `topic`, to which this node subscribes.
+
+    Only a repeated registration gives the addresses in one call; it changes nothing.
+    """
+    return frozenset(told(lambda at: at.registerSubscriber(topic, kind, rospy.get_node_uri())))
+
+
+def connect_to(topic: str, publishers: Iterable[str]) -> None:
+    """Have rospy connect to `publishers`, addresses as `publishers_of` returns them, as if the master had sent them."""
+    with ServerProxy(rospy.get_node_uri(), BoundedTransport()) as own:
+        own.publisherUpdate(rospy.get_name(), topic, list(publishers))
 
 
 def service_uri(service: str) -> str:
@@ -293,6 +307,9 @@ LOOK = 0.5
 BURST = 10
 """Number of consecutive registrations after one answer of the master."""
 
+QUIET = 1.0
+"""Time without registrations before the publishers of new subscriptions are checked [s]."""
+
 Work = Callable[[], object]
 
 
@@ -306,12 +323,17 @@ class Registrar:
     def __init__(self, speed: float = 1.0) -> None:
         self._speed = speed
         self._work: SimpleQueue[Work] = SimpleQueue()
+        self._checks: list[Work] = []
         self._wait = threading.Event()
         threading.Thread(target=self._run, name="maya-register", daemon=True).start()
 
     def __call__(self, work: Work) -> None:
         """Do `work` after all earlier work."""
         self._work.put(work)
+
+    def once_quiet(self, check: Work) -> None:
+        """Do `check` once no work has come for `QUIET`; only work that this thread does may call this."""
+        self._checks.append(check)
 
     async def settled(self, within: float | None = None) -> None:
         """Wait until all earlier work is done, at most `within` [s, real time].
@@ -327,14 +349,23 @@ class Registrar:
 
     def _run(self) -> None:
         while True:
-            work = [self._work.get()]
-            while len(work) < BURST and not self._work.empty():
-                work.append(self._work.get())
+            work = self._next()
             self._await_master()
             for one in work:
                 if rospy.is_shutdown():
                     return
                 _done(one)
+
+    def _next(self) -> list[Work]:
+        """Return the work that waits, `BURST` pieces at most, or after `QUIET` the checks."""
+        try:
+            work = [self._work.get(timeout=QUIET if self._checks else None)]
+        except Empty:
+            work, self._checks = self._checks, []
+            return work
+        while len(work) < BURST and not self._work.empty():
+            work.append(self._work.get())
+        return work
 
     def _await_master(self) -> None:
         missed = False

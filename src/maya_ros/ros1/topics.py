@@ -17,7 +17,10 @@ import rospy
 from maya_ros.graph.protocol import Message
 from maya_ros.graph.types import says_when
 from maya_ros.ros1.convert import MessageClass, converter_of, message_class
-from maya_ros.ros1.master import LoopCalls, Registrar
+from maya_ros.ros1.master import LoopCalls, Registrar, connect_to, publishers_of
+
+CHECKS = 3
+"""Number of checks whether rospy has connected a new subscription to all publishers."""
 
 LINGER = 0.2
 """Time to send the last message [s, real time]: rospy drops messages that still wait on a topic that it closes."""
@@ -135,6 +138,9 @@ class RosSubscription:
 
     `heard` is called with every message and the name of its publisher, in the loop that `post` posts to. If more than
     `queue_size` messages wait, the oldest are dropped; 0 drops none.
+
+    rospy can miss a publisher that registers at the same time: it handles the older answer to its own registration
+    after the newer list from the master, and never connects. So the list is compared with the connections later on.
     """
 
     def __init__(
@@ -172,6 +178,18 @@ class RosSubscription:
     def _register(self, topic: str, found: type[MessageClass]) -> None:
         if self._open:
             self._held = rospy.Subscriber(topic, found, self._arrived, tcp_nodelay=True)
+            self._registrar.once_quiet(lambda: self._connect_missed(topic, found._type, CHECKS))
+
+    def _connect_missed(self, topic: str, kind: str, checks: int) -> None:
+        """Connect to the publishers that rospy has missed, and check again, `checks` times at most."""
+        impl = None if self._held is None or not self._open else self._held.impl
+        if impl is None:
+            return
+        publishers = publishers_of(topic, kind)
+        if publishers - {link.endpoint_id for link in impl.connections}:
+            connect_to(topic, publishers)
+            if checks > 1:
+                self._registrar.once_quiet(lambda: self._connect_missed(topic, kind, checks - 1))
 
     def _given_back(self) -> None:
         if self._held is not None:
