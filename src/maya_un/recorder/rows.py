@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -47,6 +48,17 @@ def state_rows(path: Path, span: TimeSpan | None = None) -> Iterator[StateRow]:
         elif span is None or content.time >= span.begin:
             waiting.append(content)
     yield from map(records.row, waiting)
+
+
+def at_rate(rows: Iterable[StateRow], rate: float | None) -> Iterator[StateRow]:
+    """Yield the rows that are at least 1 / `rate` [s] apart on average; all if it is None."""
+    period = 0.0 if rate is None else 1.0 / rate
+    due = -inf
+    for row in rows:
+        time = row.state.time
+        if time >= due:
+            due = period + (time if due == -inf else max(due, time - period))
+            yield row
 
 
 def _records_of(path: Path) -> _Records:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from math import inf
+from collections.abc import Sequence
 
 from maya_un.errors import UnknownName
-from maya_un.recorder.rows import StateRow
+from maya_un.recorder.rows import StateRow, at_rate
 from maya_un.recorder.tables import MACHINE_COLUMNS, Value, values
 from maya_un.schema.recordings import RecordedColumn
 from maya_un.values import State
@@ -29,21 +28,12 @@ def sampled(states: Sequence[State], rate: float, names: Sequence[str] = ()) -> 
     At most `rate` states a second remain.
     """
     chosen = [index for index, column in enumerate(MACHINE_COLUMNS) if not names or column.key in {TIME, *names}]
-    rows = [_row(state, chosen) for state in _at_rate(states, 1.0 / rate)]
+    rows = [_chosen(row, chosen) for row in at_rate((StateRow(state, None) for state in states), rate)]
     found = zip(*rows, strict=True) if rows else [()] * len(chosen)
     columns = (MACHINE_COLUMNS[index] for index in chosen)
     return {column.key: RecordedColumn(column.unit, one) for column, one in zip(columns, found, strict=True)}
 
 
-def _row(state: State, chosen: Sequence[int]) -> tuple[Value, ...]:
-    every = tuple(values(StateRow(state, None)))
+def _chosen(row: StateRow, chosen: Sequence[int]) -> tuple[Value, ...]:
+    every = tuple(values(row))
     return tuple(every[index] for index in chosen)
-
-
-def _at_rate(states: Sequence[State], period: float) -> Iterator[State]:
-    """Yield states that are at least `period` [s] apart on average."""
-    due = -inf
-    for state in states:
-        if state.time >= due:
-            due = max(due + period, state.time) if due > -inf else state.time + period
-            yield state

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Generator, Iterable, Iterator
-from math import inf
+from collections.abc import Generator
 from pathlib import Path
 
 from maya_un.errors import TooLarge
 from maya_un.recorder.mcap_file import EVENTS, read_header, read_some
 from maya_un.recorder.recording import TimeSpan
-from maya_un.recorder.rows import StateRow, state_rows
+from maya_un.recorder.rows import at_rate, state_rows
 from maya_un.recorder.tables import STATE_COLUMNS, Value, state_table, values
 from maya_un.schema.encoding import in_pieces, to_json
 from maya_un.schema.recordings import RecordedColumn, RecordedStates
@@ -39,7 +38,7 @@ def states(path: Path, span: TimeSpan, rate: float | None) -> Pieces:
     header = read_header(path)
     kept: list[tuple[Value, ...]] = []
     every = 1
-    for number, row in enumerate(_at_rate(state_rows(path, span), rate)):
+    for number, row in enumerate(at_rate(state_rows(path, span), rate)):
         if number % every == 0:
             kept.append(tuple(values(row)))
         if len(kept) > MOST_ROWS:
@@ -70,7 +69,7 @@ def events(path: Path, span: TimeSpan) -> Pieces:
 
 def table(path: Path, span: TimeSpan, rate: float | None) -> Pieces:
     """Return the states of a `span` as CSV, with at most `rate` a second; raises `FileUnreadable`, `TooLarge`."""
-    rows = _at_rate(state_rows(path, span), rate)
+    rows = at_rate(state_rows(path, span), rate)
     file = io.StringIO(newline="")
     writer = csv.writer(file)
     size = 0
@@ -85,14 +84,3 @@ def table(path: Path, span: TimeSpan, rate: float | None) -> Pieces:
                 raise TooLarge(most=f"{MOST_TABLE} bytes")
             yield piece
     yield file.getvalue().encode()
-
-
-def _at_rate(rows: Iterable[StateRow], rate: float | None) -> Iterator[StateRow]:
-    """Yield the rows that are at least 1 / `rate` [s] apart on average; all if it is None."""
-    period = 0.0 if rate is None else 1.0 / rate
-    due = -inf
-    for row in rows:
-        time = row.state.time
-        if time >= due:
-            due = period + (time if due == -inf else max(due, time - period))
-            yield row
