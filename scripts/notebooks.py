@@ -7,16 +7,21 @@ them are measured.
 from __future__ import annotations
 
 import difflib
+import os
 import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import nbformat
 from nbclient import NotebookClient
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
+
+OWN_PLACES = ("XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR")
+"""Variables that name the folders of a user's files."""
 
 PATIENCE = 120
 """Longest wait for one cell [s]."""
@@ -50,7 +55,9 @@ def main(arguments: list[str]) -> int:
 def run(path: Path) -> Any:
     """Return a notebook as it is after all its cells have been run, without what depends on when that was."""
     notebook = nbformat.read(path, as_version=4)
-    NotebookClient(notebook, timeout=PATIENCE, kernel_name="python3").execute(cwd=str(path.parent))
+    client = NotebookClient(notebook, timeout=PATIENCE, kernel_name="python3", coalesce_streams=True)
+    with TemporaryDirectory() as folder:  # the user's poses and configuration would change what is shown
+        client.execute(cwd=str(path.parent), env={**os.environ, **dict.fromkeys(OWN_PLACES, folder), "MAYA_CONFIG": ""})
     for cell in notebook.cells:
         cell.metadata.clear()
         for output in cell.get("outputs", ()):
