@@ -1,7 +1,7 @@
 import { createApp } from "vue";
 import App from "./App.vue";
 import { keepFiles } from "./app/install.ts";
-import { listenForStop } from "./drive/stop-keys.ts";
+import { listenForStop } from "./app/stop-keys.ts";
 import "./look/tokens.css";
 import "./look/base.css";
 import { apply } from "./look/theme.ts";

@@ -3,7 +3,7 @@ import { computed, ref, type Component } from "vue";
 import type { IconName } from "./look/icon-names.ts";
 import { COMMON } from "./words/common.ts";
 import type { Words } from "./words/index.ts";
-import Live from "./pages/Live.vue";
+import Live from "./pages/live/Live.vue";
 
 export interface Page {
   path: string;
@@ -17,12 +17,12 @@ export interface Page {
 /** All pages. The server answers exactly these paths (src/maya_un/dashboard/pages.py). */
 export const PAGES: readonly Page[] = [
   { path: "/", words: COMMON.live, icon: "activity", view: Live, listed: true },
-  { path: "/drive", words: COMMON.drive, icon: "move", view: lazy(() => import("./pages/Drive.vue")), listed: false },
-  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: lazy(() => import("./pages/Queue.vue")), listed: true },
-  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: lazy(() => import("./pages/Teach.vue")), listed: true },
-  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: lazy(() => import("./pages/History.vue")), listed: true },
-  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: lazy(() => import("./pages/Workshop.vue")), listed: true },
-  { path: "/people", words: COMMON.people, icon: "users", view: lazy(() => import("./pages/People.vue")), listed: true },
+  { path: "/drive", words: COMMON.drive, icon: "move", view: lazy(() => import("./pages/drive/Drive.vue")), listed: false },
+  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: lazy(() => import("./pages/queue/Queue.vue")), listed: true },
+  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: lazy(() => import("./pages/teach/Teach.vue")), listed: true },
+  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: lazy(() => import("./pages/history/History.vue")), listed: true },
+  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: lazy(() => import("./pages/workshop/Workshop.vue")), listed: true },
+  { path: "/people", words: COMMON.people, icon: "users", view: lazy(() => import("./pages/people/People.vue")), listed: true },
 ];
 
 const path = ref(location.pathname);

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { PadReader, STALE, type Pad } from "../src/drive/gamepad.ts";
+import { PadReader, STALE, type Pad } from "../src/pages/drive/gamepad.ts";
 
 function pad(timestamp: number, axes: number[], down: number[] = [4]): Pad {
   const buttons = Array.from({ length: 16 }, (_, i) => ({ pressed: down.includes(i) }));

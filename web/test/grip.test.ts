@@ -1,5 +1,5 @@
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { Grip, PERIOD, type Heading, type Wire } from "../src/drive/grip.ts";
+import { Grip, PERIOD, type Heading, type Wire } from "../src/parts/grip.ts";
 import type { HeldJog } from "../src/generated/api.ts";
 
 const RIGHT: Heading = { axis: "x", direction: 1, speed: 1 };

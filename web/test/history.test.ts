@@ -1,9 +1,9 @@
 import { describe, expect, it } from "vitest";
 import type { JobLine, JobReport, RecordedStates, StepResult, TaskState } from "../src/generated/api.ts";
-import { comparisonOf, difference, percent, widths } from "../src/history/durations.ts";
-import { joined, PAGE, queryOf, type Wanted } from "../src/history/paging.ts";
-import { roundValues, stepChart } from "../src/history/step-bars.ts";
-import { lastUpTo, Track } from "../src/history/track.ts";
+import { comparisonOf, difference, percent, widths } from "../src/pages/history/durations.ts";
+import { joined, PAGE, queryOf, type Wanted } from "../src/pages/history/paging.ts";
+import { roundValues, stepChart } from "../src/pages/history/step-bars.ts";
+import { lastUpTo, Track } from "../src/pages/history/track.ts";
 import { dateAt } from "../src/look/robot-clock.ts";
 
 function step(index: number, predicted: number | null, duration: number | null, state: TaskState = "done"): StepResult {

@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { besides, moved, placeAt } from "../src/parts/order.ts";
+import { besides, moved, placeAt } from "../src/pages/queue/order.ts";
 
 test.each([
   [0, 2, ["b", "c", "a"]],

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { drawn, extent, forbidden, isAt, middleOf, moved, outlineOf, placed, polar, sector, viewBox, type Zone } from "../src/drive/plan.ts";
+import { drawn, extent, forbidden, isAt, middleOf, moved, outlineOf, placed, polar, sector, viewBox, type Zone } from "../src/machine/plan.ts";
 
 const BOX: Zone = { name: "post", kind: "box", low: [0.1, 1.0, 0.0], high: [0.3, 1.5, 0.6], margin: 0.05, lines: true };
 const POLE: Zone = { name: "pole", kind: "cylinder", x: 0.5, y: 0.6, radius: 0.1, low: 0, high: 1, margin: 0.05, lines: true };

@@ -1,6 +1,6 @@
 import { createHash } from "node:crypto";
 import { describe, expect, it } from "vitest";
-import { qrCode } from "../src/people/qr.ts";
+import { qrCode } from "../src/pages/people/qr.ts";
 
 /** Codes that the Python package qrcode 8 makes of the same texts; OpenCV reads them. */
 const ADDRESS = `https://192.168.1.17:4134/#sign-in=maya_0123abcd_${"0f".repeat(24)}`;

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
-import { vectorOfKeys } from "../src/drive/keys.ts";
-import { DEAD, deflection, limited, shaped, SLOWEST, vectorOf } from "../src/drive/stick.ts";
+import { vectorOfKeys } from "../src/pages/drive/keys.ts";
+import { DEAD, deflection, limited, shaped, SLOWEST, vectorOf } from "../src/pages/drive/stick.ts";
 
 describe("a stick", () => {
   it("is at rest in its dead zone", () => {

@@ -63,7 +63,7 @@ describe("templates", () => {
 describe("words", async () => {
   vi.stubGlobal("localStorage", { getItem: () => null });
   const modules = await Promise.all(Object.entries(import.meta.glob("../src/words/*.ts")).map(async ([file, load]) => [file, await load()]));
-  const all = modules.flatMap(([file, module]) => pairs(module, (file as string).replace("../src/words/", "")));
+  const all = modules.flatMap(([file, module]) => pairs(module, (file as string).replace("../src/words", "")));
 
   it("exist", () => expect(all.length).toBeGreaterThan(200));
 

@@ -1,12 +1,12 @@
 import { describe, expect, it } from "vitest";
 import type { CalibrationPoint, FaultParameter, FoundByDoctor, LogEntry, PointResidual, SettingInfo } from "../src/generated/api.ts";
-import { appended, detailed, matching, MOST_ENTRIES } from "../src/workshop/entries.ts";
-import { byOutcome } from "../src/workshop/findings.ts";
-import { numberOf, valueOf } from "../src/workshop/parameters.ts";
-import { History } from "../src/workshop/history.ts";
-import { arrows, extent, factorOf, ring, scale } from "../src/workshop/residuals.ts";
-import { flat, found, nested, rangeOf, same, shortOf, valueOf as settingOf } from "../src/workshop/settings.ts";
-import { csv, extremes, inside, nearest, pastOf } from "../src/workshop/traces.ts";
+import { appended, detailed, matching, MOST_ENTRIES } from "../src/pages/workshop/entries.ts";
+import { byOutcome } from "../src/pages/workshop/findings.ts";
+import { numberOf, valueOf } from "../src/pages/workshop/parameters.ts";
+import { History } from "../src/pages/workshop/history.ts";
+import { arrows, extent, factorOf, ring, scale } from "../src/pages/workshop/residuals.ts";
+import { flat, found, nested, rangeOf, same, shortOf, valueOf as settingOf } from "../src/pages/workshop/settings.ts";
+import { csv, extremes, inside, nearest, pastOf } from "../src/pages/workshop/traces.ts";
 
 const entry = (time: string, text: string, more: Partial<LogEntry> = {}): LogEntry => ({ time, level: "info", kind: "http", text, code: 0, run: 0, seq: 0, ...more });
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { moved } from "../src/drive/plan.ts";
+import { moved } from "../src/machine/plan.ts";
 import { draftOfZone, draggedTo, newZone, zoneOf } from "../src/pages/teach/zone.ts";
 
 describe("a zone as it is entered", () => {

@@ -1,5 +1,5 @@
 import * as THREE from "three";
-import type { Zone } from "../drive/plan.ts";
+import type { Zone } from "../machine/plan.ts";
 import type { PalletInfo, Point, TaughtPose } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
 import { cellOf } from "../state/places.ts";

@@ -3,7 +3,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Config, MotionView, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
 import { meeting } from "../machine/kinematics.ts";
-import type { Zone } from "../drive/plan.ts";
+import type { Zone } from "../machine/plan.ts";
 import { colourOf } from "./colours.ts";
 import { PlacesLayer } from "./places.ts";
 import { bodyOf, glass } from "./zones.ts";

@@ -1,5 +1,5 @@
 import * as THREE from "three";
-import type { Zone } from "../drive/plan.ts";
+import type { Zone } from "../machine/plan.ts";
 
 /** Zones may be endless; they are drawn up to this size [m]. */
 const LARGEST = 4;

@@ -3,7 +3,7 @@ import { filled, over } from "../api/ask.ts";
 import { dropLease } from "../api/lease.ts";
 import { keepToken } from "../api/session.ts";
 import type { Me, NewToken, Removed, TokenLine } from "../generated/api.ts";
-import { CODE_START, codeIn, PHONE, stamp } from "../people/phone.ts";
+import { CODE_START, codeIn, PHONE, stamp } from "./phone.ts";
 import { failureOf, type Failure } from "./act.ts";
 import { me } from "./can.ts";
 import { connection, stream } from "./robot.ts";

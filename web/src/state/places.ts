@@ -1,6 +1,6 @@
 import { ref, shallowRef, watch } from "vue";
 import { ask } from "../api/ask.ts";
-import type { Zone } from "../drive/plan.ts";
+import type { Zone } from "../machine/plan.ts";
 import type { Config, PalletInfo, Point, TaughtPose } from "../generated/api.ts";
 import { connection, events } from "./robot.ts";
 

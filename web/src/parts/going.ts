@@ -1,0 +1,67 @@
+import { computed, ref, shallowRef, watch, type Ref } from "vue";
+import { ask } from "../api/ask.ts";
+import type { JobInspection, JobReport, Task } from "../generated/api.ts";
+import { meeting } from "../machine/kinematics.ts";
+import { useAction } from "../state/act.ts";
+import { events } from "../state/robot.ts";
+import { config } from "../state/places.ts";
+import { stepOf } from "../pages/drive/target.ts";
+
+/** Samples of the previewed path per motion. */
+const SAMPLES = 24;
+
+type Place = [x: number, y: number, z: number];
+
+/** Previews a task, carries it out, and follows the job that it becomes. A preview counts for its own task only. */
+export function useGoing(task: Ref<Task | null>) {
+  const previewing = useAction();
+  const going = useAction();
+  const found = shallowRef<JobInspection | null>(null);
+  const foundFor = ref("");
+  const job = shallowRef<JobReport | null>(null);
+
+  const key = computed(() => JSON.stringify(task.value));
+  const preview = computed(() => (foundFor.value === key.value ? found.value : null));
+  const ready = computed(() => preview.value !== null && preview.value.preview.refusal === null);
+  const path = computed<Place[]>(() => {
+    const geometry = config.value?.geometry;
+    if (geometry === undefined) return [];
+    const joints = (preview.value?.motions ?? []).flatMap((one) => one.joints);
+    return joints.map((one) => meeting(geometry, ...one)).filter((one) => one !== null);
+  });
+
+  async function look(): Promise<void> {
+    const asked = task.value;
+    if (asked === null) return;
+    const text = key.value;
+    job.value = null;
+    const body = { name: asked.command, steps: [stepOf(asked)] };
+    const answer = await previewing.run(() => ask("POST /v1/inspect", { query: { samples: SAMPLES }, body }));
+    found.value = answer ?? null;
+    foundFor.value = answer === undefined ? "" : text;
+  }
+
+  async function go(): Promise<void> {
+    const body = task.value;
+    if (body === null || !ready.value) return;
+    const answer = await going.run(() => ask("POST /v1/tasks", { body }));
+    if (answer === undefined) return;
+    job.value = answer;
+    foundFor.value = ""; // the next motion begins elsewhere
+    await read(); // it may have ended before its events were awaited
+  }
+
+  async function read(): Promise<void> {
+    const id = job.value?.id;
+    if (id === undefined) return;
+    const report = await ask("GET /v1/jobs/{job}", { path: { job: id } }).catch(() => null);
+    if (report !== null && job.value?.id === id) job.value = report;
+  }
+
+  watch(
+    () => events.value.findLast((one) => one.kind === "job" && one.detail["job"] === job.value?.id)?.seq,
+    () => void read(),
+  );
+
+  return { preview, ready, path, job, look, go, previewing, going };
+}
