@@ -98,7 +98,9 @@ function label(text: string): THREE.Sprite {
     pen.strokeText(text, 8, canvas.height / 2);
     pen.fillText(text, 8, canvas.height / 2);
   }
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(canvas), depthTest: false }));
+  const map = new THREE.CanvasTexture(canvas);
+  map.colorSpace = THREE.SRGBColorSpace; // otherwise dark letters come out grey
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false }));
   const height = 0.1;
   sprite.scale.set((height * canvas.width) / Math.max(1, canvas.height), height, 1);
   return sprite;
