@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import pytest
 
 from tests.dashboard.services import Service
 from tests.dashboard.tabs import SIZES, Tab, stop_in_sight
+from tests.waiting import eventually
 
 STOP = "button.stop >> visible=true"
 
@@ -21,11 +23,11 @@ ELSEWHERE = {
 
 
 @contextmanager
-def stopped(robot: Service) -> Iterator[None]:
-    """Begin a motion, which the block must stop."""
+def stopped(robot: Service) -> Iterator[int]:
+    """Begin a motion, which the block must stop; yield the number of the newest event before."""
     robot.begin_motion()
     since = robot.newest
-    yield
+    yield since
     robot.until_event("stopped", since)
     robot.require_rest()
 
@@ -33,6 +35,22 @@ def stopped(robot: Service) -> Iterator[None]:
 def await_motion(tab: Tab) -> None:
     """Wait until the page knows that the robot moves."""
     tab.until("document.querySelector('[data-state].busy')")
+
+
+def stops(robot: Service, since: int) -> list[Any]:
+    """Return the stops after an event."""
+    return [event for event in robot.ask(f"GET /v1/events?since={since}") if event["kind"] == "stopped"]
+
+
+def escape_twice(robot: Service, tab: Tab, since: int) -> None:
+    """Press Escape twice, and again if this machine was too busy for two presses within the time of the page."""
+
+    def pressed() -> bool:
+        tab.page.keyboard.press("Escape")
+        tab.page.keyboard.press("Escape")
+        return bool(stops(robot, since))
+
+    eventually(pressed, "a stop by Escape")
 
 
 @pytest.mark.parametrize("size", SIZES)
@@ -65,9 +83,8 @@ def test_space_in_a_text_field_is_a_space(robot: Service, tab: Tab) -> None:
         tab.page.keyboard.type("a b")
         assert field.input_value() == "a b"
         assert robot.state["moving"]
-        assert [event for event in robot.ask(f"GET /v1/events?since={since}") if event["kind"] == "stopped"] == []
-        tab.page.keyboard.press("Escape")
-        tab.page.keyboard.press("Escape")
+        assert not stops(robot, since)
+        escape_twice(robot, tab, since)
 
 
 def test_space_at_rest_presses_the_button_that_has_the_focus(robot: Service, tab: Tab) -> None:
@@ -75,13 +92,14 @@ def test_space_at_rest_presses_the_button_that_has_the_focus(robot: Service, tab
     tab.page.focus(".rail button[lang]")
     tab.page.keyboard.press("Space")
     tab.until("document.documentElement.lang === 'es'")
-    assert [event for event in robot.ask(f"GET /v1/events?since={since}") if event["kind"] == "stopped"] == []
+    assert not stops(robot, since)
 
 
 def test_escape_twice(robot: Service, tab: Tab) -> None:
-    with stopped(robot):
+    with stopped(robot) as since:
         tab.page.keyboard.press("Escape")
-        tab.page.keyboard.press("Escape")
+        assert not stops(robot, since)
+        escape_twice(robot, tab, since)
 
 
 def test_with_all_connections_of_the_browser_busy(robot: Service, tab: Tab) -> None:

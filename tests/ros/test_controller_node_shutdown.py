@@ -44,6 +44,9 @@ def test_it_ends_cleanly_and_in_time(ros: Ros, driver: Driver, campaign: Campaig
         how = rng.choice([signal.SIGINT, signal.SIGTERM])
         node.send(how)
         code = node.wait(IN_TIME)
-        assert code == 0 or (code in {-how, 128 + how} and not node.said), (code, node.said)  # before its first line
-        assert "Traceback" not in node.said
+        if code and (not node.said or "init_import_site" in node.said):  # before the first line of the node
+            assert code in {-how, 128 + how, 1}, (code, node.said)
+        else:
+            assert code == 0, (code, node.said)
+            assert "Traceback" not in node.said
         assert "/hw_simulator" not in ros.nodes()
