@@ -1,14 +1,13 @@
 import { computed, ref, shallowRef, watch } from "vue";
 import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
-import type { Action, LeaseView, Me, Status } from "../generated/api.ts";
+import type { Action, LeaseView, Me } from "../generated/api.ts";
 import { translated } from "../words/errors.ts";
 import { language } from "../words/index.ts";
 import { can, connection, events, queue, state } from "./robot.ts";
 
 export const me = shallowRef<Me | null>(null);
 export const lease = shallowRef<LeaseView | null>(null);
-export const status = shallowRef<Status | null>(null);
 
 const looking = ref(false);
 let again = false;
@@ -21,14 +20,9 @@ export async function refresh(): Promise<void> {
   }
   looking.value = true;
   try {
-    const [caller, holder, now] = await Promise.all([
-      ask("GET /v1/me"),
-      ask("GET /v1/lease"),
-      ask("GET /v1/status"),
-    ]);
+    const [caller, holder] = await Promise.all([ask("GET /v1/me"), ask("GET /v1/lease")]);
     me.value = caller;
     lease.value = holder;
-    status.value = now;
   } catch {
     // without a connection the page says so everywhere; the next greeting reads again
   } finally {

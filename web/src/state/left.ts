@@ -1,7 +1,6 @@
 import { ref, watch } from "vue";
 import type { JobLine } from "../generated/api.ts";
-import { status } from "./can.ts";
-import { queue } from "./robot.ts";
+import { clockSpeed, queue } from "./robot.ts";
 
 /** The present time [ms], once a second. */
 export const now = ref(Date.now());
@@ -10,14 +9,9 @@ setInterval(() => (now.value = Date.now()), 1000);
 let arrivedAt = Date.now();
 watch(queue, () => (arrivedAt = Date.now()), { flush: "sync" });
 
-/** The speed of the robot's clock; it differs from 1 only on a twin. */
-export function clockSpeed(): number {
-  return status.value?.speed ?? 1;
-}
-
 /** Returns when a job of the queue will have ended, by the service's `eta`; null if nobody knows. */
 export function endOf(line: JobLine): Date | null {
-  return line.eta === null ? null : new Date(arrivedAt + (line.eta / clockSpeed()) * 1000);
+  return line.eta === null ? null : new Date(arrivedAt + (line.eta / clockSpeed.value) * 1000);
 }
 
 /** Returns the time until then [s]. */

@@ -47,6 +47,12 @@ function url(): string {
 /** Another version of the service than the one that this page came from. */
 export const newVersion = ref(false);
 
+/** Whether the robot is a twin; false until the service has said so. */
+export const twin = computed(() => hello.value?.address === "sim");
+
+/** The speed of the robot's clock; it differs from 1 only on a twin. */
+export const clockSpeed = computed(() => hello.value?.speed ?? 1);
+
 /** The number of times that the service was found restarted. */
 export const restarts = ref(0);
 

@@ -2,8 +2,7 @@ import { watch } from "vue";
 import type { Signals, State } from "../../generated/api.ts";
 import { ask } from "../../api/ask.ts";
 import { PERIOD, Rings } from "../../plots/rings.ts";
-import { status } from "../../state/can.ts";
-import { live, onState, signals, state } from "../../state/robot.ts";
+import { clockSpeed, hello, live, onState, signals, state } from "../../state/robot.ts";
 import type { Words } from "../../words/index.ts";
 import { SCOPE } from "../../words/workshop.ts";
 import { pastOf } from "./traces.ts";
@@ -83,13 +82,13 @@ const LONGEST = 300;
 /** Waits until the service has told its speed. */
 function known(): Promise<void> {
   return new Promise((resolve) => {
-    watch(status, (next) => next !== null && resolve(), { immediate: true });
+    watch(hello, (next) => next !== null && resolve(), { immediate: true });
   });
 }
 
 /** Begins with the states that the service has kept of the last minute, as far as it has the signals. */
 async function readPast(): Promise<void> {
-  const speed = status.value?.speed ?? 1;
+  const speed = clockSpeed.value;
   const columns = CHANNELS.map((one) => one.column);
   const signal = columns.filter((one) => one !== null);
   const query = { seconds: Math.min(KEPT * speed, LONGEST), rate: 1000 / PERIOD / speed, signal };
