@@ -50,15 +50,3 @@ export function numberOf(text: string): number | null {
   const value = Number(text.trim().replace(",", "."));
   return text.trim() === "" || !Number.isFinite(value) ? null : value;
 }
-
-/** Returns the number in a text of the page's unit as m, null if it is none. */
-export function metresOf(text: string): number | null {
-  const value = numberOf(text);
-  return value === null ? null : value / lengthFactor.value;
-}
-
-/** Returns the number in a text of the page's unit as rad, null if it is none. */
-export function radiansOf(text: string): number | null {
-  const value = numberOf(text);
-  return value === null ? null : value / angleFactor.value;
-}
