@@ -85,7 +85,6 @@ export const PEOPLE = words({
   previewRefused: ["The job would stop at step {index} ({step}): {reason}", "El trabajo se detendría en el paso {index} ({step}): {reason}"],
   approve: ["Approve", "Aprobar"],
   decline: ["Decline", "Rechazar"],
-  declineSure: ["Decline this job? It is cancelled.", "¿Rechazar este trabajo? Se cancela."],
   changedMeanwhile: ["{name} changed this job after you opened it. You see the new version now: look at it again, then approve it.", "{name} cambió este trabajo después de que usted lo abrió. Ahora ve la versión nueva: revísela otra vez y apruébela."],
 
   // Users

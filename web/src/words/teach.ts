@@ -24,10 +24,9 @@ export const TEACH = words({
   goHere: ["Go here", "Ir aquí"],
   how: ["How to go", "Cómo ir"],
   teachAgain: ["Teach again", "Enseñar de nuevo"],
-  teachAgainTitle: ["Teach {name} again?", "¿Enseñar {name} de nuevo?"],
   teachAgainText: [
-    "The present position replaces the one that was taught: {before} becomes {now}. Jobs that use this pose then go there.",
-    "La posición actual sustituye a la enseñada: {before} pasa a ser {now}. Los trabajos que usan esta pose irán allí.",
+    "Replace the pose {name} by the present position? {before} becomes {now}. Jobs that use this pose then go there.",
+    "¿Sustituir la pose {name} por la posición actual? {before} pasa a ser {now}. Los trabajos que usan esta pose irán allí.",
   ],
   replace: ["Replace", "Sustituir"],
   renameTitle: ["Rename {name}", "Renombrar {name}"],
