@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { StepResult } from "../src/generated/api.ts";
-import { bodyAsJob, firstGap, firstUndone, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/pages/queue/job.ts";
+import { bodyAsJob, firstGap, firstUndone, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
 
 const JOB: JobData = {
   name: "one cube",

@@ -45,6 +45,8 @@ export const HISTORY = words({
   notes: ["Notes", "Notas"],
   again: ["Run again", "Ejecutar de nuevo"],
   againFrom: ["Run again from step {step}", "Ejecutar de nuevo desde el paso {step}"],
+  againSkip: ["Skip step {step} and go on", "Omitir el paso {step} y seguir"],
+  againStart: ["Run again from the beginning", "Ejecutar de nuevo desde el principio"],
   queuedAgain: ["It waits in the queue as job {id}.", "Espera en la cola como trabajo {id}."],
   proposedAgain: ["It is proposed as job {id}. An operator must approve it.", "Está propuesto como trabajo {id}. Un operador debe aprobarlo."],
   showIt: ["Show it", "Mostrarlo"],

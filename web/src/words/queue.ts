@@ -57,8 +57,6 @@ export const QUEUE = words({
   ended: ["Ended in the last 24 hours", "Terminados en las últimas 24 horas"],
   noneEnded: ["No job has ended in the last 24 hours.", "Ningún trabajo ha terminado en las últimas 24 horas."],
   all: ["All jobs", "Todos los trabajos"],
-  againSkip: ["Skip step {step} and go on", "Omitir el paso {step} y seguir"],
-  againStart: ["From the beginning", "Desde el principio"],
   queuedAs: ["Job {job} is in the queue.", "El trabajo {job} está en la cola."],
   proposedAs: ["Job {job} waits for the approval of an operator.", "El trabajo {job} espera la aprobación de un operador."],
 

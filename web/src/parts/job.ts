@@ -1,4 +1,4 @@
-import type { Job, StepResult } from "../../generated/api.ts";
+import type { Job, StepResult } from "../generated/api.ts";
 
 /**
  * A job as plain data, as the service parses and formats it. Blocks are a view of its steps: nothing else is kept, so
