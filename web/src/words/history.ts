@@ -51,8 +51,6 @@ export const HISTORY = words({
   proposedAgain: ["It is proposed as job {id}. An operator must approve it.", "Está propuesto como trabajo {id}. Un operador debe aprobarlo."],
   showIt: ["Show it", "Mostrarlo"],
   copy: ["Copy as YAML", "Copiar como YAML"],
-  copied: ["The job is on the clipboard.", "El trabajo está en el portapapeles."],
-  copyByHand: ["This browser lets the page not use the clipboard without TLS. Copy the text here:", "Este navegador no deja usar el portapapeles sin TLS. Copie el texto aquí:"],
   yaml: ["The job in YAML", "El trabajo en YAML"],
   saveNow: ["Save the last minutes", "Guardar los últimos minutos"],
   saved: ["Saved: {name}", "Guardado: {name}"],

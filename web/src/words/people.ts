@@ -129,9 +129,6 @@ export const PEOPLE = words({
   firstToken: ["first token", "primer token"],
   noTokens: ["No tokens.", "Sin tokens."],
   shownOnce: ["This is the token of {name}. It is shown only now: copy it and keep it secret.", "Este es el token de {name}. Se muestra solo ahora: cópielo y guárdelo en secreto."],
-  copy: ["Copy", "Copiar"],
-  copied: ["Copied", "Copiado"],
-  copyByHand: ["Copy it with Ctrl+C.", "Cópielo con Ctrl+C."],
   done: ["I have kept it", "Ya lo guardé"],
 
   // Audit

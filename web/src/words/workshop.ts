@@ -10,8 +10,6 @@ export const WORKSHOP = words({
   calibration: ["Calibration", "Calibración"],
   faults: ["Faults of the twin", "Fallos del gemelo"],
   logs: ["Log", "Registro"],
-  copy: ["Copy", "Copiar"],
-  copied: ["Copied", "Copiado"],
   refresh: ["Read again", "Leer de nuevo"],
 });
 

@@ -1,12 +1,24 @@
 import { onUnmounted, ref } from "vue";
 import { placeAt } from "./order.ts";
+import "./reorder.css";
+
+/** What a handle listens to (`v-bind`). */
+export interface Handle {
+  class: string;
+  "aria-keyshortcuts": string;
+  onPointerdown: (event: PointerEvent) => void;
+  onPointermove: (event: PointerEvent) => void;
+  onPointerup: () => void;
+  onPointercancel: () => void;
+}
 
 /** Heights at the edges of the window where a drag scrolls the page [px]: the head above, stop and tabs below. */
 const EDGE = { top: 80, bottom: 170 };
 
 /**
  * Reorders a list of rows by dragging a row's handle, and by Alt and the arrow keys. `rows` returns the elements in
- * order; `move` gets the old and the new place, from 0. `from` and `to` are those of the drag under way.
+ * order; `move` gets the old and the new place, counted from 0. Bind `handle` to the handle of a row, `look` and `key` to
+ * the row.
  */
 export function useReorder(rows: () => HTMLElement[], move: (from: number, to: number) => void) {
   const from = ref<number | null>(null);
@@ -19,7 +31,7 @@ export function useReorder(rows: () => HTMLElement[], move: (from: number, to: n
     });
   }
 
-  function grip(event: PointerEvent, place: number): void {
+  function begin(event: PointerEvent, place: number): void {
     if (event.button !== 0) return;
     (event.currentTarget as HTMLElement).setPointerCapture(event.pointerId);
     from.value = to.value = place;
@@ -59,6 +71,11 @@ export function useReorder(rows: () => HTMLElement[], move: (from: number, to: n
     return { dragged: start === place, above: here && place < start, below: here && place > start };
   }
 
+  function handle(place: number): Handle {
+    const keys = "Alt+ArrowUp Alt+ArrowDown";
+    return { class: "grip", "aria-keyshortcuts": keys, onPointerdown: (event) => begin(event, place), onPointermove: drag, onPointerup: drop, onPointercancel: cancel };
+  }
+
   onUnmounted(cancel);
-  return { grip, drag, drop, cancel, key, look };
+  return { handle, key, look };
 }
