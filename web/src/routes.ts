@@ -1,5 +1,5 @@
-import { lazy } from "./look/lazy.ts";
 import { computed, ref, type Component } from "vue";
+import { lazy } from "./look/lazy.ts";
 import type { IconName } from "./look/icon-names.ts";
 import { COMMON } from "./words/common.ts";
 import type { Words } from "./words/index.ts";
@@ -32,10 +32,15 @@ export const query = ref(new URLSearchParams(location.search));
 
 export const page = computed(() => PAGES.find((one) => one.path === path.value) ?? (PAGES[0] as Page));
 
-/** Shows a page, with the keys of its address. */
-export function go(to: string, keys: Record<string, string> = {}): void {
+/** Returns the address of a page with the keys of its query. */
+export function addressOf(to: string, keys: Record<string, string> = {}): string {
   const text = new URLSearchParams(keys).toString();
-  history.pushState(null, "", text ? `${to}?${text}` : to);
+  return text ? `${to}?${text}` : to;
+}
+
+/** Shows a page, with the keys of its query. */
+export function go(to: string, keys: Record<string, string> = {}): void {
+  history.pushState(null, "", addressOf(to, keys));
   follow();
 }
 
