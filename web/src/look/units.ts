@@ -30,19 +30,19 @@ export function fixed(value: number | null | undefined, digits: number): string 
   });
 }
 
-/** Returns a length [m] as a number in the page's unit. */
-export function length(metres: number | null | undefined): string {
-  return fixed(metres === null || metres === undefined ? null : metres * lengthFactor.value, units.value === "mm" ? 1 : 4);
+/** Returns a length [m] as a number in the page's unit, with `finer` digits more than usual. */
+export function length(metres: number | null | undefined, finer = 0): string {
+  return fixed(metres == null ? null : metres * lengthFactor.value, (units.value === "mm" ? 1 : 4) + finer);
 }
 
 /** Returns an angle [rad] as a number in the page's unit. */
 export function angle(radians: number | null | undefined): string {
-  return fixed(radians === null || radians === undefined ? null : radians * angleFactor.value, units.value === "mm" ? 2 : 4);
+  return fixed(radians == null ? null : radians * angleFactor.value, units.value === "mm" ? 2 : 4);
 }
 
 /** Returns a place [m] as text, like "500.0, 1100.0, 400.0 mm". */
 export function place(point: readonly number[] | null | undefined): string {
-  return point ? `${point.map(length).join(", ")} ${lengthUnit.value}` : "–";
+  return point ? `${point.map((one) => length(one)).join(", ")} ${lengthUnit.value}` : "–";
 }
 
 /** Returns the number in a text, null if it is none. A comma may be the decimal sign. */

@@ -3,9 +3,9 @@ import { ask } from "../api/ask.ts";
 import type { JobInspection, JobReport, Task } from "../generated/api.ts";
 import { meeting } from "../machine/kinematics.ts";
 import { useAction } from "../state/act.ts";
-import { events } from "../state/robot.ts";
-import { config } from "../state/places.ts";
-import { stepOf } from "../pages/drive/target.ts";
+import { configuration } from "../state/configuration.ts";
+import { latestEvent } from "../state/robot.ts";
+import { stepOf } from "./job.ts";
 
 /** Samples of the previewed path per motion. */
 const SAMPLES = 24;
@@ -24,7 +24,7 @@ export function useGoing(task: Ref<Task | null>) {
   const preview = computed(() => (foundFor.value === key.value ? found.value : null));
   const ready = computed(() => preview.value !== null && preview.value.preview.refusal === null);
   const path = computed<Place[]>(() => {
-    const geometry = config.value?.geometry;
+    const geometry = configuration.value?.geometry;
     if (geometry === undefined) return [];
     const joints = (preview.value?.motions ?? []).flatMap((one) => one.joints);
     return joints.map((one) => meeting(geometry, ...one)).filter((one) => one !== null);
@@ -59,7 +59,7 @@ export function useGoing(task: Ref<Task | null>) {
   }
 
   watch(
-    () => events.value.findLast((one) => one.kind === "job" && one.detail["job"] === job.value?.id)?.seq,
+    () => latestEvent({ kind: "job", job: job.value?.id })(),
     () => void read(),
   );
 

@@ -1,4 +1,4 @@
-import type { Job, StepResult } from "../generated/api.ts";
+import type { Job, Step as JobStep, StepResult, Task } from "../generated/api.ts";
 
 /**
  * A job as plain data, as the service parses and formats it. Blocks are a view of its steps: nothing else is kept, so
@@ -196,6 +196,14 @@ function firstUnused(job: JobData, command: string, names: string[]): string | n
 export function palletOf(cells: unknown): string {
   const target = readTarget(cells);
   return target.kind === "cell" ? target.pallet : target.kind === "name" ? target.name : "";
+}
+
+/** Returns the step of a job that does the same as a task. */
+export function stepOf(task: Task): JobStep | "home" {
+  if (task.command === "home" || task.command === "can_teleop") return "home";
+  if (task.command === "gripper") return { gripper: task.open ? "open" : "close" };
+  if (task.command === "move") return { move: task.joints } as JobStep;
+  return { [task.command]: task.target } as JobStep;
 }
 
 /** Returns the body of an accepted job as a job: a single command (`wish`) becomes a job of one step. */

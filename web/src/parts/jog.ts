@@ -1,12 +1,24 @@
-import { shallowRef } from "vue";
+import { computed, shallowRef } from "vue";
 import { ask } from "../api/ask.ts";
 import { onStop } from "../api/stop.ts";
 import type { HeldJog, Jogged } from "../generated/api.ts";
 import { failureOf, type Failure } from "../state/act.ts";
-import { stream } from "../state/robot.ts";
+import { whyNot } from "../state/can.ts";
+import { queue, state, stream } from "../state/robot.ts";
+import { LIVE } from "../words/live.ts";
+import { t } from "../words/index.ts";
 import { Grip, type Axis, type Heading, type Wire } from "./grip.ts";
 
 export type { Axis, Heading };
+
+/** Whether a job of the queue moves the robot. */
+export const jobRuns = computed(() => queue.value?.running != null && queue.value.mode === "running");
+
+/** Why nobody can jog from this page now, "" if it is possible. While the robot moves, the service decides. */
+export const jogReason = computed(() => {
+  if (jobRuns.value) return t(LIVE.whileJob);
+  return state.value?.mode === "moving" ? "" : whyNot("jog");
+});
 
 /** The limit that ended the latest jog, or why it was refused. */
 export const jogEnd = shallowRef<{ reason: string } | null>(null);

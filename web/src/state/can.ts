@@ -1,51 +1,20 @@
-import { computed, ref, shallowRef, watch } from "vue";
+import { computed, shallowRef } from "vue";
 import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
 import type { Action, LeaseView, Me } from "../generated/api.ts";
 import { translated } from "../words/errors.ts";
-import { language } from "../words/index.ts";
-import { can, connection, events, queue, state } from "./robot.ts";
+import { useLoaded } from "./load.ts";
+import { can, latestEvent, queue, state } from "./robot.ts";
 
 export const me = shallowRef<Me | null>(null);
 export const lease = shallowRef<LeaseView | null>(null);
 
-const looking = ref(false);
-let again = false;
-
-/** Reads again who this person is and who drives; calls that come while it reads are answered by one more reading. */
-export async function refresh(): Promise<void> {
-  if (looking.value) {
-    again = true;
-    return;
-  }
-  looking.value = true;
-  try {
-    const [caller, holder] = await Promise.all([ask("GET /v1/me"), ask("GET /v1/lease")]);
-    me.value = caller;
-    lease.value = holder;
-  } catch {
-    // without a connection the page says so everywhere; the next greeting reads again
-  } finally {
-    looking.value = false;
-    if (again) {
-      again = false;
-      if (connection.value === "live") void refresh();
-    }
-  }
-}
-
-watch(
-  [
-    connection,
-    leaseId,
-    language,
-    () => state.value?.mode,
-    () => state.value?.homed,
-    () => queue.value?.mode,
-    () => queue.value?.running?.id,
-    () => events.value.findLast((one) => one.kind === "lease")?.seq,
-  ],
-  () => connection.value === "live" && void refresh(),
+/** Reads again who this person is and who drives. Commands and jobs hold the lease for their time, without an event. */
+export const { read: refresh } = useLoaded(
+  async () => {
+    [me.value, lease.value] = await Promise.all([ask("GET /v1/me"), ask("GET /v1/lease")]);
+  },
+  [leaseId, () => state.value?.mode, () => queue.value?.mode, () => queue.value?.running?.id, latestEvent({ kind: "lease" })],
 );
 
 /** Returns why an action is not possible now, "" if it is. */
@@ -56,3 +25,6 @@ export function whyNot(action: Action): string {
 
 /** Whether this tab may drive: it holds the lease, or nobody needs one. */
 export const drives = computed(() => lease.value?.yours ?? false);
+
+/** Whether this person is an operator or an administrator, who may offer control to others. */
+export const operates = computed(() => me.value !== null && ["operator", "admin"].includes(me.value.role));

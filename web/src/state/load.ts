@@ -2,9 +2,14 @@ import { ref, shallowRef, watch, type WatchSource } from "vue";
 import { failureOf, type Failure } from "./act.ts";
 import { connection } from "./robot.ts";
 
+/** Calls `work` now, at each new connection, and at each change of `sources`, but never without a connection. */
+export function whenLive(work: () => unknown, sources: WatchSource[] = []): void {
+  watch([connection, ...sources], () => connection.value === "live" && void work(), { immediate: true });
+}
+
 /**
- * A value that the service tells, read at once and again at each change of `sources`. Readings never overlap: changes
- * that come while one is under way are answered by one more.
+ * A value of the service, read at once and again at each change of `sources`. Readings never overlap: changes during one
+ * are followed by one more.
  */
 export function useLoaded<Value>(load: () => Promise<Value>, sources: WatchSource[] = []) {
   const value = shallowRef<Value | null>(null);
@@ -30,6 +35,6 @@ export function useLoaded<Value>(load: () => Promise<Value>, sources: WatchSourc
     loading.value = false;
   }
 
-  watch([connection, ...sources], () => connection.value === "live" && void read(), { immediate: true });
+  whenLive(read, sources);
   return { value, failure, loading, read };
 }

@@ -1,16 +1,14 @@
-import { ref, shallowRef, watch } from "vue";
+import { ref, shallowRef, type Ref } from "vue";
 import { ask } from "../api/ask.ts";
+import type { PalletInfo, Point, TaughtPose, WorkspaceShape } from "../generated/api.ts";
 import type { Zone } from "../machine/plan.ts";
-import type { Config, PalletInfo, Point, TaughtPose } from "../generated/api.ts";
-import { connection, events } from "./robot.ts";
+import { useLoaded, whenLive } from "./load.ts";
+import { latestEvent, state } from "./robot.ts";
 
 /** Taught poses and pallets, and the zones to keep out of. Pages that change them call `readPlaces`. */
 export const poses = shallowRef<readonly TaughtPose[]>([]);
 export const pallets = shallowRef<readonly PalletInfo[]>([]);
 export const zones = shallowRef<readonly Zone[]>([]);
-
-/** The constants of the robot, which do not change while the service runs. */
-export const config = shallowRef<Config | null>(null);
 
 /** Whether the places have been read since the page was loaded. */
 export const placesKnown = ref(false);
@@ -39,7 +37,13 @@ export function cellOf(pallet: PalletInfo, row: number, column: number): Point |
 
 /** Reads the places while the caller is shown: at once, on each new connection, and when zones change. */
 export function usePlaces(): void {
-  const read = () => connection.value === "live" && void readPlaces().catch(() => undefined);
-  watch([connection, () => events.value.findLast((one) => one.kind === "zones")?.seq], read, { immediate: true });
-  watch(connection, async (now) => now === "live" && (config.value = await ask("GET /v1/config").catch(() => null)), { immediate: true });
+  whenLive(() => readPlaces().catch(() => undefined), [latestEvent({ kind: "zones" })]);
+}
+
+/**
+ * The shape of the workspace with its rings at a height [m], null until it is known. It is read again when the height
+ * changes or the robot is homed.
+ */
+export function useWorkspace(height: () => number | undefined): Ref<WorkspaceShape | null> {
+  return useLoaded(() => ask("GET /v1/workspace", { query: { z: height() } }), [height, () => state.value?.homed]).value;
 }

@@ -20,6 +20,12 @@ export const hello = shallowRef<Hello | null>(null);
 export const events = shallowRef<readonly EventMessage[]>([]);
 export const MOST_EVENTS = 500;
 
+/** Returns a source for `watch`: the number of the latest event of a kind, or about a job, or both. */
+export function latestEvent(of: { kind?: string; job?: number | undefined }): () => number | undefined {
+  const fits = (one: EventMessage) => (of.kind === undefined || one.kind === of.kind) && (!("job" in of) || one.detail["job"] === of.job);
+  return () => events.value.findLast(fits)?.seq;
+}
+
 /** The connection of this page: never made yet, live, lost, or refused because nobody is signed in. */
 export const connection = ref<"opening" | "live" | "lost" | "signed out">("opening");
 export const lostAt = ref<Date | null>(null);

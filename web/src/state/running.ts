@@ -1,6 +1,9 @@
-import { computed } from "vue";
+import { computed, ref, watch } from "vue";
+import type { JobLine } from "../generated/api.ts";
+import { LIVE } from "../words/live.ts";
+import { clock, t } from "../words/index.ts";
 import { readings } from "./readings.ts";
-import { queue } from "./robot.ts";
+import { clockSpeed, queue } from "./robot.ts";
 
 /** The job under way, if any. */
 export const running = computed(() => queue.value?.running ?? null);
@@ -19,3 +22,29 @@ export const share = computed(() => {
   const inMotion = progress && progress.duration > 0 ? Math.min(1, progress.elapsed / progress.duration) : 0;
   return Math.min(1, (line.done + (homing.value === null ? inMotion : homingShare.value)) / line.steps);
 });
+
+/** The number of waiting jobs, held ones too; the view of the queue lists only the first of them. */
+export const waitingCount = computed(() => (queue.value?.counts["queued"] ?? 0) + (queue.value?.counts["held"] ?? 0));
+
+/** The present time [ms], once a second. */
+export const now = ref(Date.now());
+setInterval(() => (now.value = Date.now()), 1000);
+
+let arrivedAt = Date.now();
+watch(queue, () => (arrivedAt = Date.now()), { flush: "sync" });
+
+/** Returns when a job of the queue will have ended, by the service's `eta`; null if nobody knows. */
+export function endOf(line: JobLine): Date | null {
+  return line.eta === null ? null : new Date(arrivedAt + (line.eta / clockSpeed.value) * 1000);
+}
+
+/** Returns the time until then [s]. */
+export function leftOf(line: JobLine): number | null {
+  const end = endOf(line);
+  return end === null ? null : Math.max(0, (end.getTime() - now.value) / 1000);
+}
+
+/** Returns in words when something will be done, "" if nobody knows. */
+export function doneText(end: Date | null): string {
+  return end === null ? "" : t(queue.value?.estimated ? LIVE.doneAbout : LIVE.doneAt, { time: clock(end) });
+}

@@ -1,4 +1,4 @@
-import { words, type Words } from "./index.ts";
+import { t, words, type Words } from "./index.ts";
 
 export const LIVE = words({
   view: ["3D view of the robot", "Vista 3D del robot"],
@@ -87,3 +87,9 @@ export const PHASES: Record<string, Words> = {
   line: ["along a line", "por una línea"],
   move: ["move", "mover"],
 };
+
+/** Returns the name of a phase; one that is not known here unchanged. */
+export function phaseText(phase: string): string {
+  const known = PHASES[phase];
+  return known === undefined ? phase : t(known);
+}

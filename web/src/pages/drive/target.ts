@@ -1,7 +1,7 @@
-import { table } from "../../state/robot.ts";
 import { computed, reactive } from "vue";
-import type { Point, Step, Task } from "../../generated/api.ts";
+import type { Point, Task } from "../../generated/api.ts";
 import { cellOf, pallets, poses } from "../../state/places.ts";
+import { table } from "../../state/robot.ts";
 import type { PRIMITIVES } from "../../words/drive.ts";
 
 export type PrimitiveName = keyof typeof PRIMITIVES;
@@ -75,11 +75,3 @@ export const task = computed<Task | null>(() => {
   if (primitive === "move") return joints.value === null ? null : { command: "move", joints: joints.value };
   return target.value === null ? null : { command: primitive, target: target.value };
 });
-
-/** Returns the step of a job that does the same as a task. */
-export function stepOf(one: Task): Step | "home" {
-  if (one.command === "home" || one.command === "can_teleop") return "home";
-  if (one.command === "gripper") return { gripper: one.open ? "open" : "close" };
-  if (one.command === "move") return { move: one.joints } as Step;
-  return { [one.command]: one.target } as Step;
-}

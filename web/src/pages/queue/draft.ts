@@ -2,6 +2,7 @@ import { computed, ref, shallowRef, watch } from "vue";
 import { ask } from "../../api/ask.ts";
 import type { Job, JobMistake, JobPreview } from "../../generated/api.ts";
 import { failureOf, type Failure } from "../../state/act.ts";
+import { whenLive } from "../../state/load.ts";
 import { connection } from "../../state/robot.ts";
 import { EMPTY, firstGap, stepOfKey, tidy, type JobData } from "../../parts/job.ts";
 
@@ -50,7 +51,7 @@ let reading: Promise<void> = Promise.resolve();
 let writing = false;
 
 watch(text, (value) => (value ? sessionStorage.setItem(KEY, value) : sessionStorage.removeItem(KEY)));
-watch(connection, () => connection.value === "live" && catchUp(), { immediate: true });
+whenLive(catchUp);
 
 /** Takes a change of the text; it is parsed when the person pauses. */
 export function write(value: string): void {

@@ -1,8 +1,8 @@
-import { computed, onUnmounted, shallowRef, watch } from "vue";
+import { computed, onUnmounted, shallowRef } from "vue";
 import { ask } from "../../api/ask.ts";
 import type { ConfigCheck, ConfigSchema, SettingInfo } from "../../generated/api.ts";
 import { useAction } from "../../state/act.ts";
-import { connection } from "../../state/robot.ts";
+import { whenLive } from "../../state/load.ts";
 import { language } from "../../words/index.ts";
 import { draft } from "./draft.ts";
 import { flat, nested, same, textOf, valueOf, type TextMistake } from "./settings.ts";
@@ -99,7 +99,7 @@ export function useSettings() {
     saved.value = true;
   }
 
-  watch([connection, language], () => connection.value === "live" && void read(), { immediate: true });
+  whenLive(read, [language]);
   onUnmounted(() => clearTimeout(calm));
   return { schema, rows, changed, wrong, check, saved, reading, saving, edit, discard, save };
 }
