@@ -4,7 +4,7 @@ import { comparisonOf, difference, percent, widths } from "../src/pages/history/
 import { joined, PAGE, queryOf, type Wanted } from "../src/pages/history/paging.ts";
 import { roundValues, stepChart } from "../src/pages/history/step-bars.ts";
 import { lastUpTo, Track } from "../src/pages/history/track.ts";
-import { dateAt } from "../src/look/robot-clock.ts";
+import { dateAt } from "../src/pages/history/robot-clock.ts";
 
 function step(index: number, predicted: number | null, duration: number | null, state: TaskState = "done"): StepResult {
   return { index, key: `steps.${index}`, step: "pick cube", state, code: 0, message: "", predicted, duration, end_counts: null, end_point: null, phase: "" };

@@ -1,6 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { DAY, expiry, HOUR } from "../src/pages/people/expiry.ts";
-import { onOtherComputers } from "../src/pages/people/origins.ts";
+import { DAY, expiry, HOUR, onOtherComputers } from "../src/pages/people/tokens.ts";
 import { codeIn, signInAddress } from "../src/state/phone.ts";
 
 const NOW = Date.UTC(2027, 0, 31, 12, 0, 0, 600);

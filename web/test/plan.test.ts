@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { drawn, extent, forbidden, isAt, middleOf, moved, outlineOf, placed, polar, sector, viewBox, type Zone } from "../src/machine/plan.ts";
+import { around, drawn, extent, forbidden, isAt, middleOf, moved, outlineOf, placed, polar, sector, viewBox, type Zone } from "../src/machine/plan.ts";
 
 const BOX: Zone = { name: "post", kind: "box", low: [0.1, 1.0, 0.0], high: [0.3, 1.5, 0.6], margin: 0.05, lines: true };
 const POLE: Zone = { name: "pole", kind: "cylinder", x: 0.5, y: 0.6, radius: 0.1, low: 0, high: 1, margin: 0.05, lines: true };
@@ -24,6 +24,7 @@ describe("the extent", () => {
     expect(found.high[0]).toBeCloseTo(2);
     expect(found.high[1]).toBeCloseTo(2);
   });
+  it("holds all points with a border", () => expect(around([[0, 1], [2, -1]], 0.5)).toEqual({ low: [-0.5, -1.5], high: [2.5, 1.5] }));
   it("becomes a view box with y down", () => expect(viewBox({ low: [-0.1, -1], high: [2, 2.3] })).toBe("-100 -2300 2100 3300"));
 });
 

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { CLEAR, placed, type Box } from "../src/app/tour/place.ts";
+import { CLEAR, placed, type Box } from "../src/app/tour-place.ts";
 
 const CARD = { width: 340, height: 220 };
 const SCREENS = {

@@ -2,9 +2,9 @@ import { describe, expect, it } from "vitest";
 import type { CalibrationPoint, FaultParameter, FoundByDoctor, LogEntry, PointResidual, SettingInfo } from "../src/generated/api.ts";
 import { appended, detailed, matching, MOST_ENTRIES } from "../src/pages/workshop/entries.ts";
 import { byOutcome } from "../src/pages/workshop/findings.ts";
-import { numberOf, valueOf } from "../src/pages/workshop/parameters.ts";
+import { numberWithin, valueOf } from "../src/pages/workshop/parameters.ts";
 import { History } from "../src/pages/workshop/history.ts";
-import { arrows, extent, factorOf, ring, scale } from "../src/pages/workshop/residuals.ts";
+import { arrows, factorOf, scale } from "../src/pages/workshop/residuals.ts";
 import { flat, found, nested, rangeOf, same, shortOf, valueOf as settingOf } from "../src/pages/workshop/settings.ts";
 import { csv, extremes, inside, nearest, pastOf } from "../src/pages/workshop/traces.ts";
 
@@ -62,8 +62,8 @@ describe("a parameter", () => {
     expect(valueOf(number, "").mistake).toBe("not a number");
     expect(valueOf(number, "fast").mistake).toBe("not a number");
     expect(valueOf(number, "61").mistake).toBe("outside");
-    expect(numberOf("2.5", null, null, true).mistake).toBe("not whole");
-    expect(numberOf("-5", null, null).mistake).toBe("");
+    expect(numberWithin("2.5", null, null, true).mistake).toBe("not whole");
+    expect(numberWithin("-5", null, null).mistake).toBe("");
   });
 
   it("keeps the type of its default", () => {
@@ -105,15 +105,6 @@ describe("residuals", () => {
 
   it("leaves out residuals of points that are gone", () => {
     expect(arrows([point(3, 1, 2)], residuals, "after", 1, 1).map((one) => one.row)).toEqual([3]);
-  });
-
-  it("shows all points with a margin", () => {
-    expect(extent([[0, 1], [2, -1]], 0.5, [0, 0, 0, 0])).toEqual([-0.5, -1.5, 2.5, 1.5]);
-    expect(extent([], 0.5, [1, 2, 3, 4])).toEqual([1, 2, 3, 4]);
-  });
-
-  it("outlines the ring that the boom sweeps, with x to the right and y upward", () => {
-    expect(ring([1, 2], [0, Math.PI / 2])).toMatch(/^M 0 -1 L 0 -2 A 2 2 0 0 1 2 -\d\.?\S* L 1 \S+ A 1 1 0 0 0 0 -1 Z$/);
   });
 });
 

@@ -7,3 +7,9 @@ export function fieldText(event: Event): string {
 export function fieldNumber(event: Event): number {
   return Number(fieldText(event));
 }
+
+/** Returns the number in a text, null if it is none. A comma may be the decimal sign. */
+export function numberOf(text: string): number | null {
+  const value = Number(text.trim().replace(",", "."));
+  return text.trim() === "" || !Number.isFinite(value) ? null : value;
+}

@@ -44,9 +44,3 @@ export function angle(radians: number | null | undefined): string {
 export function place(point: readonly number[] | null | undefined): string {
   return point ? `${point.map((one) => length(one)).join(", ")} ${lengthUnit.value}` : "–";
 }
-
-/** Returns the number in a text, null if it is none. A comma may be the decimal sign. */
-export function numberOf(text: string): number | null {
-  const value = Number(text.trim().replace(",", "."));
-  return text.trim() === "" || !Number.isFinite(value) ? null : value;
-}

@@ -33,8 +33,12 @@ export function extent(boom: Range, farthest: number, border = 0.1): Extent {
   const [from, to] = boom;
   const points: [number, number][] = [[0, 0]];
   for (let i = 0; i <= 32; i++) points.push(polar(farthest, from + ((to - from) * i) / 32));
-  const xs = points.map((one) => one[0]);
-  const ys = points.map((one) => one[1]);
+  return around(points, border);
+}
+
+/** Returns the extent of points with a border [m]. */
+export function around(points: readonly Place2[], border: number): Extent {
+  const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
   return {
     low: [Math.min(...xs) - border, Math.min(...ys) - border],
     high: [Math.max(...xs) + border, Math.max(...ys) + border],
@@ -103,9 +107,16 @@ export function forbidden(zone: HalfSpaceConfig, z: number, view: Extent, margin
   return kept;
 }
 
+/** The directions of the arrow keys in the plan view. */
+export const ARROWS: Readonly<Record<string, Place2>> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+/** Returns a length in whole mm [m]. */
+export function fine(metres: number): number {
+  return Math.round(metres * 1000) / 1000;
+}
+
 /** Returns a zone moved by a distance [m] in x and y. */
 export function moved<Z extends Zone>(zone: Z, dx: number, dy: number): Z {
-  const fine = (value: number) => Math.round(value * 1000) / 1000;
   if (zone.kind === "box") {
     const low = [fine(zone.low[0] + dx), fine(zone.low[1] + dy), zone.low[2]];
     return { ...zone, low, high: [fine(low[0]! + zone.high[0] - zone.low[0]), fine(low[1]! + zone.high[1] - zone.low[1]), zone.high[2]] };

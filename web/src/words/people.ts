@@ -1,4 +1,4 @@
-import { words, type Words } from "./index.ts";
+import { t, words, type Words } from "./index.ts";
 
 export const PEOPLE = words({
   // Sign in
@@ -165,6 +165,18 @@ export const ROLE_MEANING: Record<string, Words> = {
   operator: ["drives the robot, changes the queue and approves jobs", "mueve el robot, cambia la cola y aprueba trabajos"],
   admin: ["drives the robot, manages users and tokens, and reads the audit log", "mueve el robot, gestiona usuarios y tokens, y lee el registro de auditoría"],
 };
+
+/** Returns the word for a role; one that is not known here unchanged. */
+export function roleName(role: string): string {
+  const known = ROLES[role];
+  return known === undefined ? role : t(known);
+}
+
+/** Returns what a role may do, "" for one that is not known here. */
+export function roleMeaning(role: string): string {
+  const known = ROLE_MEANING[role];
+  return known === undefined ? "" : t(known);
+}
 
 /** The operations of the audit log (docs/reference/roles.md); others are shown by their names. */
 export const OPERATIONS: Record<string, Words> = {

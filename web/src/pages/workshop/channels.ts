@@ -1,14 +1,12 @@
-import { watch } from "vue";
+import { ref, watch } from "vue";
 import type { Signals, State } from "../../generated/api.ts";
 import { ask } from "../../api/ask.ts";
 import { PERIOD, Rings } from "../../plots/rings.ts";
 import { clockSpeed, hello, live, onState, signals, state } from "../../state/robot.ts";
 import type { Words } from "../../words/index.ts";
 import { SCOPE } from "../../words/workshop.ts";
+import type { Quantity } from "./quantities.ts";
 import { pastOf } from "./traces.ts";
-
-/** The quantity of a channel decides its unit; channels of a group with the same unit share a plot. */
-export type Quantity = "length" | "angle" | "speed" | "angular speed" | "voltage" | "load" | "level";
 
 /** A signal of the scope in SI units: its key is unique, its name is `axis`, or a text about it. */
 export interface Channel {
@@ -53,6 +51,9 @@ export const CHANNELS: readonly Channel[] = [
   ...bits("inputs", SCOPE.groupInputs, SCOPE.inputOf),
   ...bits("outputs", SCOPE.groupOutputs, SCOPE.outputOf),
 ];
+
+/** The keys of the signals that the scope shows; they stay while other pages are shown. */
+export const chosen = ref<readonly string[]>(["error a", "error b", "error c", "torque a", "torque b", "torque c"]);
 
 /** Returns the channels of these keys, in their order; unknown keys are left out. */
 export function channelsOf(keys: readonly string[]): Channel[] {

@@ -1,4 +1,5 @@
 import type { FaultParameter } from "../../generated/api.ts";
+import { numberOf } from "../../look/field.ts";
 
 /** The value of a parameter of a fault. */
 export type FaultValue = FaultParameter["default"];
@@ -6,23 +7,18 @@ export type FaultValue = FaultParameter["default"];
 /** What is wrong with the text of a number: it is no number, no whole number, or outside its range. */
 export type Mistake = "not a number" | "not whole" | "outside" | "";
 
-/** Returns the number in a text, and what is wrong with it. A comma may be the decimal sign. */
-export function numberOf(text: string, low: number | null, high: number | null, whole = false): { value: number; mistake: Mistake } {
-  const value = text.trim() === "" ? Number.NaN : Number(text.trim().replace(",", "."));
-  if (!Number.isFinite(value)) return { value, mistake: "not a number" };
+/** Returns the number in a text, and what is wrong with it. */
+export function numberWithin(text: string, low: number | null, high: number | null, whole = false): { value: number; mistake: Mistake } {
+  const value = numberOf(text);
+  if (value === null) return { value: Number.NaN, mistake: "not a number" };
   if (whole && !Number.isInteger(value)) return { value, mistake: "not whole" };
   const outside = (low !== null && value < low) || (high !== null && value > high);
   return { value, mistake: outside ? "outside" : "" };
-}
-
-/** Returns the text with which a parameter is first shown. */
-export function textOf(value: FaultValue): string {
-  return String(value);
 }
 
 /** Returns the value of a parameter in the type of its default, and what is wrong with it. */
 export function valueOf(parameter: FaultParameter, text: string): { value: FaultValue; mistake: Mistake } {
   if (typeof parameter.default === "boolean") return { value: text === "true", mistake: "" };
   if (typeof parameter.default === "string") return { value: text, mistake: "" };
-  return numberOf(text, parameter.minimum, parameter.maximum);
+  return numberWithin(text, parameter.minimum, parameter.maximum);
 }

@@ -1,5 +1,7 @@
 import { angleFactor, angleUnit, lengthFactor, lengthUnit } from "../../look/units.ts";
-import type { Quantity } from "./channels.ts";
+
+/** The quantity of a signal decides its unit; signals of a group with the same unit share a plot. */
+export type Quantity = "length" | "angle" | "speed" | "angular speed" | "voltage" | "load" | "level";
 
 /** How a quantity is shown: its unit, the factor from SI to it, and the digits of a number. */
 export interface Shown {

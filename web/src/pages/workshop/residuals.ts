@@ -68,20 +68,3 @@ export function arrows(
     ];
   });
 }
-
-/** The part of the plan that is shown [m]: least x, least y, greatest x, greatest y. */
-export type Extent = readonly [number, number, number, number];
-
-/** Returns the extent of points with a margin [m], of `fallback` without points. */
-export function extent(points: readonly (readonly [number, number])[], margin: number, fallback: Extent): Extent {
-  if (points.length === 0) return fallback;
-  const [xs, ys] = [points.map(([x]) => x), points.map(([, y]) => y)];
-  return [Math.min(...xs) - margin, Math.min(...ys) - margin, Math.max(...xs) + margin, Math.max(...ys) + margin];
-}
-
-/** Returns the outline of a ring of the plan view: distances [m] from axis a, through the range of the boom [rad]. */
-export function ring([inner, outer]: readonly [number, number], [from, to]: readonly [number, number]): string {
-  const at = (distance: number, angle: number) => `${distance * Math.sin(angle)} ${-distance * Math.cos(angle)}`;
-  const large = to - from > Math.PI ? 1 : 0;
-  return `M ${at(inner, from)} L ${at(outer, from)} A ${outer} ${outer} 0 ${large} 1 ${at(outer, to)} L ${at(inner, to)} A ${inner} ${inner} 0 ${large} 0 ${at(inner, from)} Z`;
-}

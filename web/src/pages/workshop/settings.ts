@@ -1,5 +1,5 @@
 import type { SettingInfo } from "../../generated/api.ts";
-import { numberOf, type Mistake } from "./parameters.ts";
+import { numberWithin, type Mistake } from "./parameters.ts";
 
 /** What is wrong with the text of a setting that no service has to check. */
 export type TextMistake = Mistake | "not a list";
@@ -47,7 +47,7 @@ export function valueOf(setting: SettingInfo, text: string): { value: unknown; m
     case "number":
     case "integer": {
       const [low, high] = rangeOf(setting);
-      return numberOf(text, low, high, setting.type === "integer");
+      return numberWithin(text, low, high, setting.type === "integer");
     }
     case "array":
       return listOf(text);

@@ -4,7 +4,6 @@ import type { ConfigCheck, ConfigSchema, SettingInfo } from "../../generated/api
 import { useAction } from "../../state/act.ts";
 import { whenLive } from "../../state/load.ts";
 import { language } from "../../words/index.ts";
-import { draft } from "./draft.ts";
 import { flat, nested, same, textOf, valueOf, type TextMistake } from "./settings.ts";
 
 /** A setting as the page shows it: its values now and at the next start, the text in its field, and what is wrong. */
@@ -17,6 +16,9 @@ export interface Row {
   mistake: TextMistake;
   reason: string;
 }
+
+/** The edited texts by the dotted names of the settings. They stay while other pages are shown, and over a lost connection. */
+const draft = shallowRef<Readonly<Record<string, string>>>({});
 
 const CALM = 300;
 const NONE: ConfigCheck = { mistakes: [], from_now: [], from_default: [] };
