@@ -45,10 +45,11 @@ The tables name the least role that may send a request. [Roles](roles.md) lists 
 "drives" also needs the [control lease](../how-to/share-the-robot.md). Send its `id` in the header `Maya-Lease`. While
 no users exist, a request without this header holds the lease for its own duration, if nobody else holds it.
 
-On loopback, the header `Host` must be a loopback name or address, and so must the header `Origin` of a web page. From
-other machines, `Host` may be an IP address, the host name of this machine, or the host of a `maya up --origin URL`.
-Web pages of such an origin may send commands (CORS). A request with a header `Forwarded`, `X-Forwarded-For` or
-`X-Real-IP` counts as a request from another machine.
+On loopback, the header `Host` must be a loopback name or address. From other machines, `Host` may be an IP address,
+the host name of this machine, or the host of a `maya up --origin URL`. A browser sends the header `Origin`; its host
+and port must be those of `Host`, or it must be the origin of a `maya up --origin URL` (CORS). So a web page at another
+port of this machine is refused, even if it only reads. Programs send no `Origin`. A request with a header `Forwarded`,
+`X-Forwarded-For` or `X-Real-IP` counts as a request from another machine.
 
 ## Limits
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from itertools import product
 from typing import Any
 from urllib.parse import quote
 
@@ -60,8 +61,8 @@ def test_texts_of_users_are_shown_as_they_are(
 
 
 @pytest.fixture(scope="module")
-def elsewhere() -> Iterator[str]:
-    """Return the address of an empty page of another origin."""
+def empty_page() -> Iterator[int]:
+    """Return the port of this machine at which another server has an empty page."""
 
     class Empty(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -76,19 +77,19 @@ def elsewhere() -> Iterator[str]:
     server = ThreadingHTTPServer(("127.0.0.1", 0), Empty)
     thread = threading.Thread(target=server.serve_forever)
     thread.start()
-    yield f"http://{ELSEWHERE}:{server.server_port}"
+    yield server.server_port
     server.shutdown()
     thread.join()
     server.server_close()
 
 
-@pytest.fixture
-def foreign(elsewhere: str, tab_of: Callable[..., Tab], robot: Service) -> Tab:
-    """Return a tab with a page of another origin, which may say what it likes."""
+@pytest.fixture(params=[ELSEWHERE, "127.0.0.1"])
+def foreign(request: pytest.FixtureRequest, empty_page: int, tab_of: Callable[..., Tab], robot: Service) -> Tab:
+    """Return a tab with a page of another origin: another site, or another port of this machine."""
     tab = tab_of(robot)
     tab.forgive("")
     tab.leave()
-    tab.page.goto(elsewhere)
+    tab.page.goto(f"http://{request.param}:{empty_page}")
     return tab
 
 
@@ -101,11 +102,14 @@ REQUESTS = {
 }
 
 
-@pytest.mark.parametrize("kind", ["text/plain", "application/x-www-form-urlencoded", "application/json"])
-def test_a_page_of_another_site_can_neither_stop_nor_move(robot: Service, foreign: Tab, kind: str) -> None:
+KINDS = ("text/plain", "application/x-www-form-urlencoded", "application/json")
+"""Kinds of contents; a browser asks first whether it may send the last one."""
+
+
+def test_a_page_of_another_origin_can_neither_stop_nor_move(robot: Service, foreign: Tab) -> None:
     robot.begin_motion()
     since = robot.newest
-    for request, body in REQUESTS.items():
+    for kind, (request, body) in product(KINDS, REQUESTS.items()):
         method, path = request.split()
         sent = foreign.page.evaluate(
             """async ([url, method, body, kind]) => {
@@ -121,7 +125,7 @@ def test_a_page_of_another_site_can_neither_stop_nor_move(robot: Service, foreig
     assert [event for event in events if event["kind"] in {"stopped", "job", "queue", "aborted"}] == []
 
 
-def test_a_page_of_another_site_gets_no_stream(robot: Service, foreign: Tab) -> None:
+def test_a_page_of_another_origin_gets_no_stream(robot: Service, foreign: Tab) -> None:
     heard = foreign.page.evaluate(
         """(url) => new Promise((done) => {
             const socket = new WebSocket(url.replace('http', 'ws') + '/v1/stream');
@@ -133,7 +137,7 @@ def test_a_page_of_another_site_gets_no_stream(robot: Service, foreign: Tab) -> 
     assert heard == "closed"
 
 
-def test_a_page_of_another_site_can_neither_read_nor_frame(robot: Service, foreign: Tab) -> None:
+def test_a_page_of_another_origin_can_neither_read_nor_frame(robot: Service, foreign: Tab) -> None:
     read = "(url) => fetch(url + '/v1/status').then((got) => got.text(), () => 'failed')"
     assert foreign.page.evaluate(read, robot.url) == "failed"
     frame = "(url) => { document.body.append(Object.assign(document.createElement('iframe'), { src: url })) }"
@@ -142,6 +146,7 @@ def test_a_page_of_another_site_can_neither_read_nor_frame(robot: Service, forei
     eventually(lambda: foreign.get("true") and foreign.page.frames[-1].url.startswith(framed), "an empty frame", 30.0)
 
 
+@pytest.mark.parametrize("foreign", [ELSEWHERE], indirect=True)
 def test_a_name_that_is_bent_to_this_machine_gets_no_page(robot: Service, foreign: Tab) -> None:
     answer = foreign.page.goto(f"http://{ELSEWHERE}:{robot.port}/")
     assert answer is not None

@@ -108,9 +108,9 @@ class Endpoint:
                 await asyncio.gather(*self._ending)
                 self._count.close()
 
-    def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
+    def refusal(self, headers: Headers) -> MayaError | None:
         """Return why a client is refused, None if it is admitted."""
-        refusal = self._edge.refusal(headers, local=local)
+        refusal = self._edge.refusal(headers)
         if refusal is None and len(self._sessions) >= self._most:
             return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
         return refusal

@@ -60,7 +60,7 @@ class MessageHandler(Protocol):
 class RosbridgeHost(Protocol):
     """Admits clients."""
 
-    def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
+    def refusal(self, headers: Headers) -> MayaError | None:
         """Return why a client is refused, None if it is admitted."""
         ...
 
@@ -171,7 +171,7 @@ class RosbridgeWire(asyncio.BufferedProtocol):
             ]
         )
         response = self._conn.accept(request)
-        refusal = self._host.refusal(headers, local=self._is_local(headers))
+        refusal = self._host.refusal(headers)
         if refusal is not None:
             text = f"{refusal.code}: {refusal.text(language_of(headers))}\n"
             response = self._conn.reject(HTTPStatus.FORBIDDEN, text)

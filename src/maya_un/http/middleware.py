@@ -97,9 +97,9 @@ FILES = NEAR
 class OriginPolicy:
     """Host names and web pages that are allowed besides clients on this computer that use a loopback name.
 
-    With `remote`, the service is open to other computers: then IP addresses and `hosts` are allowed names, too. Pages
-    of `origins` (like https://panel.example.org) may send commands from a browser. The limits of one other address are
-    the rate `far`, `files` for files of pages, and its number of stream readers, `readers`.
+    With `remote`, the service is open to other computers: then IP addresses and `hosts` are allowed names, too. In a
+    browser, pages of the service itself and of `origins` (like https://panel.example.org) may send commands. The limits
+    of one other address are the rate `far`, `files` for files of pages, and its number of stream readers, `readers`.
     """
 
     remote: bool = False
@@ -110,11 +110,11 @@ class OriginPolicy:
     files: Rate = FILES
     readers: int = CLIENTS_EACH
 
-    def refusal(self, headers: Headers, *, local: bool) -> MayaError | None:
+    def refusal(self, headers: Headers) -> MayaError | None:
         """Return the error for a forbidden Host or Origin header, None if both are allowed.
 
         Otherwise a page of another site could reach the service through a browser with access, under that site's host
-        name.
+        name. Another port of this computer is another site: anything may listen there, like a page of a notebook.
         """
         host = _split(f"//{headers.get('host', '')}")
         if host is None or not self._is_ours(host.hostname or ""):
@@ -123,8 +123,8 @@ class OriginPolicy:
                 reason = "it is no name of this robot; `maya up --origin URL` adds one"
             return InvalidRequest(key="Host", reason=reason)
         origin = headers.get("origin")
-        if origin is not None and not self._may_command(origin, host, local=local):
-            reason = "pages from elsewhere may not command the robot; `maya up --origin URL` lets one"
+        if origin is not None and not self._may_command(origin, host):
+            reason = "pages of another address or port may not use the robot; `maya up --origin URL` allows one"
             return InvalidRequest(key="Origin", reason=reason)
         return None
 
@@ -133,13 +133,11 @@ class OriginPolicy:
             return True
         return self.remote and _is_address(name)
 
-    def _may_command(self, origin: str, host: SplitResult, *, local: bool) -> bool:
+    def _may_command(self, origin: str, host: SplitResult) -> bool:
         page = _split(origin)
         if page is None or not page.netloc:
             return False
-        if origin in self.origins or (local and page.hostname in LOOPBACK):
-            return True
-        return self.remote and page.netloc == host.netloc
+        return origin in self.origins or page.netloc.lower() == host.netloc.lower()
 
 
 def origin_of(url: str) -> str:
@@ -290,7 +288,7 @@ class RequestGuard:
             send = AccessLogEntry(scope, self._metrics).watching(send)
         connection = HTTPConnection(scope)
         local = is_local(connection)
-        stranger = self._edge.refusal(connection.headers, local=local)
+        stranger = self._edge.refusal(connection.headers)
         if not stranger and scope["state"].get(STOPS_ONLY) and scope["path"] not in UNLIMITED:
             full = problem(_FULL, language_of(connection.headers), HTTPStatus.SERVICE_UNAVAILABLE)
             full.headers["Connection"] = "close"

@@ -259,7 +259,13 @@ _BRACKETS = [{"Host": "[::1"}, {"Origin": "http://[::1"}]
 
 @pytest.mark.parametrize(
     "headers",
-    [{"Host": "maya.example.org"}, {"Host": "127.0.0.1.example.org"}, {"Origin": "https://example.org"}, *_BRACKETS],
+    [
+        {"Host": "maya.example.org"},
+        {"Host": "127.0.0.1.example.org"},
+        {"Origin": "https://example.org"},
+        {"Origin": "http://127.0.0.1:8000"},
+        *_BRACKETS,
+    ],
 )
 async def test_only_this_machine_may_command(headers: dict[str, str]) -> None:
     service = ServiceStandIn()

@@ -106,7 +106,7 @@ PAGE = {"Origin": "http://localhost:3000"}
 
 
 async def test_a_page_that_may_command_may_read_the_answer() -> None:
-    async with app_client(ServiceStandIn()) as client:
+    async with app_client(ServiceStandIn(), edge=OriginPolicy(origins=frozenset(PAGE.values()))) as client:
         asked = await client.options("/v1/jobs", headers=PAGE | {"Access-Control-Request-Method": "POST"})
         answer = await client.get("/v1/health", headers=PAGE)
         plain = await client.get("/v1/health")

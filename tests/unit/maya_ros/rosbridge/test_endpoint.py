@@ -112,7 +112,7 @@ def test_a_message_that_is_too_long_ends_the_connection_and_only_that_one() -> N
     [
         ({"Origin": "http://evil.example.org"}, 403),
         ({"Host": "evil.example.org"}, 403),
-        ({"Origin": "http://localhost:8000", "X-Forwarded-For": "10.0.0.1"}, 403),
+        ({"Origin": "http://localhost:8000"}, 403),
     ],
 )
 def test_pages_from_elsewhere_and_other_names_are_not_let_in(headers: dict[str, str], code: int) -> None:
@@ -124,12 +124,12 @@ def test_pages_from_elsewhere_and_other_names_are_not_let_in(headers: dict[str, 
     run_story(story)
 
 
-@pytest.mark.parametrize("origin", ["http://localhost:8000", "http://127.0.0.1", "https://panel.example.org"])
-def test_pages_of_this_machine_and_those_that_are_named_may_command(origin: str) -> None:
+@pytest.mark.parametrize("origin", ["http://localhost:8000", "https://panel.example.org"])
+def test_pages_that_are_named_may_command(origin: str) -> None:
     async def story(one: Served) -> None:
         await opened(one.port, {"Origin": origin})
 
-    run_story(story, OriginPolicy(origins=frozenset({"https://panel.example.org"})))
+    run_story(story, OriginPolicy(origins=frozenset({origin})))
 
 
 async def opened(port: int, headers: dict[str, str]) -> None:
