@@ -213,6 +213,13 @@ class ZonesChanged(ControllerEvent, word="zones", en="zones: {names}"):
     names: str
 
 
+@dataclass(frozen=True)
+class PlacesChanged(Event, word="places", en="taught places changed: {name}"):
+    """The pose or pallet `name` was taught or removed, or got this name."""
+
+    name: str
+
+
 class GripperOpened(ControllerEvent, word="gripper_open", en="gripper open", narrated=True):
     """The gripper has opened."""
 

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 from maya_un.config.model import MOST_ZONES, AnyZone, parse_zone
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, InvalidRequest, InvalidValue, NotConnected, NotFound, NotHomed, NotTaught
+from maya_un.events import EventLog, PlacesChanged
 from maya_un.kinematics.zones import Zone, written, zone_of
 from maya_un.process.spec.job import Grid
 from maya_un.process.spec.poses import PoseStore, TaughtPallet
@@ -59,15 +60,18 @@ def at_rest(controller: Controller) -> Joints:
 
 
 class TeachingService:
-    """Reads and changes `book`.
+    """Reads and changes `book`; each change is an event in `events`, if given.
 
     `here` returns the joints of the place to teach, and raises an error if there is none. A corner without z is at
     `grasp_height` [m]. Every method raises `FileUnreadable` for an invalid book; those that change it raise
     `FileUnwritable`.
     """
 
-    def __init__(self, book: PoseStore, grasp_height: float, here: Callable[[], Joints]) -> None:
+    def __init__(
+        self, book: PoseStore, grasp_height: float, here: Callable[[], Joints], events: EventLog | None = None
+    ) -> None:
         self._book = book
+        self._events = events
         self._grasp_height = grasp_height
         self._here = here
 
@@ -87,17 +91,19 @@ class TeachingService:
         Raises what `here` raises, `InvalidValue` for an invalid name, and `NameTaken`; with `replacing`, it replaces a
         pose of that name.
         """
-        return self._book.teach(name, self._here(), date, replacing=replacing)
+        taught = self._book.teach(name, self._here(), date, replacing=replacing)
+        self._changed(name)
+        return taught
 
     def forget_pose(self, name: str) -> None:
         """Remove a pose; raises `NotTaught`, and `InvalidValue` if it is the corner of a pallet."""
         self.pose(name)
-        self._book.forget(name)
+        self._forget(name)
 
     def rename_pose(self, old: str, new: str) -> TaughtPose:
         """Rename a pose; raises `NotTaught`, `NameTaken`, and `InvalidValue` for an invalid name."""
         self.pose(old)
-        self._book.rename(old, new)
+        self._rename(old, new)
         return self.pose(new)
 
     def pallets(self) -> list[PalletInfo]:
@@ -117,18 +123,31 @@ class TeachingService:
         for an invalid name, and `NameTaken`; with `replacing`, it replaces a pallet of that name.
         """
         self._book.teach_pallet(name, _grid(grid), date, self._grasp_height, replacing=replacing)
+        self._changed(name)
         return self.pallet(name)
 
     def forget_pallet(self, name: str) -> None:
         """Remove a pallet; the poses at its corners stay. Raises `NotTaught`."""
         self.pallet(name)
-        self._book.forget(name)
+        self._forget(name)
 
     def rename_pallet(self, old: str, new: str) -> PalletInfo:
         """Rename a pallet; raises `NotTaught`, `NameTaken`, and `InvalidValue` for an invalid name."""
         self.pallet(old)
-        self._book.rename(old, new)
+        self._rename(old, new)
         return self.pallet(new)
+
+    def _forget(self, name: str) -> None:
+        self._book.forget(name)
+        self._changed(name)
+
+    def _rename(self, old: str, new: str) -> None:
+        self._book.rename(old, new)
+        self._changed(new)
+
+    def _changed(self, name: str) -> None:
+        if self._events is not None:
+            self._events.emit(PlacesChanged(name))
 
     def _told(self, taught: TaughtPallet) -> PalletInfo:
         name, grid = taught.name, taught.grid

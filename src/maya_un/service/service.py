@@ -110,7 +110,8 @@ class Service:
         measured_points: Path | None = None,
     ) -> None:
         kept = PoseStore(controller.mechanism) if book is None else book
-        self.teaching = TeachingService(kept, config.cell.grasp_height, lambda: at_rest(controller))
+        height, events = config.cell.grasp_height, controller.events
+        self.teaching = TeachingService(kept, height, lambda: at_rest(controller), events)
         self.history = HistoryService(process, controller.events)
         self._process = process
         self._robot = robot

@@ -20,6 +20,7 @@ from maya_un.errors import (
     NotTaught,
     UnknownName,
 )
+from maya_un.events import PlacesChanged
 from maya_un.process.process import Process
 from maya_un.process.spec.poses import PoseStore
 from maya_un.robot.robot import MayaRobot
@@ -50,6 +51,20 @@ async def test_pose_is_the_position_of_the_robot() -> None:
         assert service.teaching.poses() == [pose]
         assert service.teaching.pose("shelf") == pose
         assert controller.calls == []
+
+
+async def test_every_change_of_the_taught_places_is_an_event() -> None:
+    async with opened_service() as (controller, service):
+        service.teaching.teach("shelf", DAY)
+        service.teaching.rename_pose("shelf", "rack")
+        service.teaching.teach_pallet("tray", {"corners": CORNERS, "rows": 3, "columns": 4}, DAY)
+        service.teaching.rename_pallet("tray", "box")
+        with pytest.raises(NotTaught):
+            service.teaching.forget_pose("shelf")
+        service.teaching.forget_pallet("box")
+        service.teaching.forget_pose("rack")
+    changes = [event for event in controller.events.since(0) if isinstance(event, PlacesChanged)]
+    assert [event.name for event in changes] == ["shelf", "rack", "tray", "box", "box", "rack"]
 
 
 async def test_teaching_is_refused_in_motion_or_at_an_unknown_position() -> None:

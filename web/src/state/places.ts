@@ -35,9 +35,9 @@ export function cellOf(pallet: PalletInfo, row: number, column: number): Point |
   }) as Point;
 }
 
-/** Reads the places while the caller is shown: at once, on each new connection, and when zones change. */
+/** Reads the places while the caller is shown: at once, on each new connection, and when places or zones change. */
 export function usePlaces(): void {
-  whenLive(() => readPlaces().catch(() => undefined), [latestEvent({ kind: "zones" })]);
+  whenLive(() => readPlaces().catch(() => undefined), [latestEvent({ kind: "zones" }), latestEvent({ kind: "places" })]);
 }
 
 /**
