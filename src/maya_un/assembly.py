@@ -7,6 +7,8 @@ import random
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass
+from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -184,7 +186,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
         speed=speed,
         recordings=recordings,
         workers=None if staff is None else staff.own,
-        heard=None if journal is None else lambda events: keep_events(events, journal, calendar),
+        heard=partial(_number_run, journal, calendar),
     ) as below:
         if staff is not None:
             staff.own.warm()
@@ -352,6 +354,18 @@ async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[Stack
         yield StackStorage(journal, FileStore(path))
     finally:
         await journal.close()
+
+
+def _number_run(journal: Journal | None, calendar: Calendar | None, events: EventLog) -> None:
+    """Number this run of the program, and store its events if there is a journal.
+
+    Only a journal counts the starts. Without one, the number is the date [s since 1970], if there is a calendar:
+    clients must notice that the service was started again.
+    """
+    if journal is not None:
+        keep_events(events, journal, calendar)
+    elif calendar is not None:
+        events.run = int(datetime.fromisoformat(calendar.now()).timestamp())
 
 
 def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:

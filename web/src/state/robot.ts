@@ -30,6 +30,9 @@ export function latestEvent(of: { kind?: string; job?: number | undefined }): ()
 export const connection = ref<"opening" | "live" | "lost" | "signed out">("opening");
 export const lostAt = ref<Date | null>(null);
 
+/** Whether a state has arrived on the present connection: until then the numbers are those of the one before. */
+const current = ref(false);
+
 /** When the latest state arrived [ms, performance.now()]. The robot's own clock may be scaled. */
 export const arrived = ref(0);
 
@@ -76,6 +79,7 @@ export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[]
   },
   state(next) {
     state.value = next;
+    current.value = true;
     arrived.value = performance.now();
     for (const reader of stateReaders) reader(next);
   },
@@ -91,6 +95,7 @@ export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[]
   },
   lost(code) {
     dropLease();
+    current.value = false;
     for (const reader of stateReaders) reader(null);
     if (code === 4101) {
       keepToken("");
@@ -103,7 +108,7 @@ export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[]
 });
 
 /** Whether the numbers on the page are those of now. */
-export const live = computed(() => connection.value === "live" && state.value !== null);
+export const live = computed(() => connection.value === "live" && current.value && state.value !== null);
 
 /** Whether an axis moves. */
 export const moving = computed(() => state.value !== null && state.value.moving);
