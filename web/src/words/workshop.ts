@@ -232,8 +232,8 @@ export const CALIBRATION = words({
   notUsed: ["left out", "excluido"],
   residuals: ["Residuals", "Residuos"],
   apply: ["For the configuration", "Para la configuración"],
-  applyHint: ["Copy these keys into the configuration. They are in force at the next start.", "Copie estas claves en la configuración. Rigen desde el próximo arranque."],
-  toConfiguration: ["Open the configuration", "Abrir la configuración"],
+  applyHint: ["These keys change. The configuration shows the differences before you save it; they are in force at the next start.", "Estas claves cambian. La configuración muestra las diferencias antes de que usted la guarde; rigen desde el próximo arranque."],
+  toConfiguration: ["Enter into the configuration", "Pasar a la configuración"],
 });
 
 export const TERMINAL = words({

@@ -20,6 +20,11 @@ export interface Row {
 /** The edited texts by the dotted names of the settings. They stay while other pages are shown, and over a lost connection. */
 const draft = shallowRef<Readonly<Record<string, string>>>({});
 
+/** Enters values, by the dotted names of the settings, into the draft. */
+export function enter(values: Readonly<Record<string, unknown>>): void {
+  draft.value = { ...draft.value, ...Object.fromEntries(Object.entries(values).map(([name, value]) => [name, textOf(value)])) };
+}
+
 const CALM = 300;
 const NONE: ConfigCheck = { mistakes: [], from_now: [], from_default: [] };
 
