@@ -29,9 +29,17 @@ export function axisStyle(): uPlot.Axis {
   return { stroke: token("ink-3"), grid: { stroke: token("line"), width: 1 }, ticks: { show: false }, font: "11px Inter" };
 }
 
+/** Both axes of a plot: time with these words, and values with as many digits as they need. */
+export function axesOf(time: (seconds: number) => string): uPlot.Axis[] {
+  return [
+    { ...axisStyle(), size: 22, values: (_, ticks) => ticks.map(time) },
+    { ...axisStyle(), size: 46, values: (_, ticks) => ticks.map((one) => compact(one, ticks)) },
+  ];
+}
+
 /** The lines of a plot. */
-export function seriesOf(plot: Plot): uPlot.Series[] {
-  return [{}, ...plot.series.map((one) => ({ stroke: token(one.tone), width: 1.5, points: { show: false } }))];
+export function seriesOf(plot: Plot | undefined): uPlot.Series[] {
+  return [{}, ...(plot?.series ?? []).map((one) => ({ stroke: token(one.tone), width: 1.5, points: { show: false } }))];
 }
 
 /** Returns the range of an axis: that of the values with some room, and never none. */
@@ -42,7 +50,7 @@ export function spread(low: number | null, high: number | null): [number, number
 }
 
 /** Returns a tick with as many digits as its neighbours need to differ. */
-export function compact(value: number, ticks: readonly number[]): string {
+function compact(value: number, ticks: readonly number[]): string {
   const step = Math.abs((ticks[1] ?? 1) - (ticks[0] ?? 0)) || 1;
   return fixed(value, Math.max(0, Math.min(4, -Math.floor(Math.log10(step) + 1e-9)))).replace("-", "−");
 }
