@@ -4,14 +4,14 @@ import { keepFiles } from "./app/install.ts";
 import { listenForStop } from "./app/stop-keys.ts";
 import "./look/tokens.css";
 import "./look/base.css";
-import { apply } from "./look/theme.ts";
+import { applyTheme } from "./look/theme.ts";
 import { redeem, takeCode } from "./state/account.ts";
 import { start } from "./state/robot.ts";
-import { language, setLanguage } from "./words/index.ts";
+import { applyLanguage } from "./words/index.ts";
 
 const code = takeCode();
-apply();
-setLanguage(language.value);
+applyTheme();
+applyLanguage();
 createApp(App).mount("#app");
 if (code) void redeem(code).finally(start);
 else start();

@@ -8,13 +8,13 @@ function initial(): "dark" | "light" {
 
 export const theme = ref(initial());
 
-export function setTheme(next: "dark" | "light"): void {
-  theme.value = next;
-  localStorage.setItem(KEY, next);
-  apply();
+export function swapTheme(): void {
+  theme.value = theme.value === "dark" ? "light" : "dark";
+  localStorage.setItem(KEY, theme.value);
+  applyTheme();
 }
 
-export function apply(): void {
+export function applyTheme(): void {
   document.documentElement.dataset["theme"] = theme.value;
 }
 

@@ -6,9 +6,9 @@ const KEY = "maya.units";
 /** Units of lengths and angles on the page; messages are always in m and rad. */
 export const units = ref<"mm" | "si">(localStorage.getItem(KEY) === "si" ? "si" : "mm");
 
-export function setUnits(next: "mm" | "si"): void {
-  units.value = next;
-  localStorage.setItem(KEY, next);
+export function swapUnits(): void {
+  units.value = units.value === "mm" ? "si" : "mm";
+  localStorage.setItem(KEY, units.value);
 }
 
 export const lengthUnit = computed(() => (units.value === "mm" ? "mm" : "m"));

@@ -15,10 +15,15 @@ function initial(): Language {
 
 export const language = ref<Language>(initial());
 
-export function setLanguage(next: Language): void {
-  language.value = next;
-  localStorage.setItem(KEY, next);
-  document.documentElement.lang = next;
+/** Tells the browser the language of the page. */
+export function applyLanguage(): void {
+  document.documentElement.lang = language.value;
+}
+
+export function swapLanguage(): void {
+  language.value = language.value === "en" ? "es" : "en";
+  localStorage.setItem(KEY, language.value);
+  applyLanguage();
 }
 
 /** Declares the texts of a page: every one in both languages. */
