@@ -3,6 +3,7 @@ import { join } from "node:path";
 import { describe, expect, it, vi } from "vitest";
 import { NodeTypes, type AttributeNode, type TemplateChildNode } from "@vue/compiler-core";
 import { parse } from "vue/compiler-sfc";
+import { ICONS } from "../src/look/icon-names.ts";
 
 const SOURCE = join(import.meta.dirname, "..", "src");
 
@@ -49,6 +50,15 @@ function pairs(value: unknown, path: string): [path: string, en: string, es: str
 
 const gaps = (text: string): string[] => [...text.matchAll(/\{(\w+)\}/g)].map((one) => one[1] as string).sort();
 
+const sources = files(SOURCE).filter((file) => /\.(ts|vue)$/.test(file) && !file.includes("generated")).map((file) => readFileSync(file, "utf-8"));
+
+/** Returns the texts of a table that no source names; a table whose keys are computed is used as a whole. */
+function unused(name: string, table: object): string[] {
+  const whole = new RegExp(`\\b${name}\\[|\\.\\.\\.${name}\\b|(in|of) ${name}\\b|\\(${name}\\)`);
+  if (sources.some((one) => whole.test(one))) return [];
+  return Object.keys(table).filter((key) => !sources.some((one) => new RegExp(`\\b${name}\\.${key}\\b`).test(one))).map((key) => `${name}.${key}`);
+}
+
 describe("templates", () => {
   it.each(files(SOURCE).filter((file) => file.endsWith(".vue")).map((file) => [file.slice(SOURCE.length + 1), file]))("%s has no bare text", (_, file) => {
     expect(textsOf(readFileSync(file, "utf-8"))).toEqual([]);
@@ -71,7 +81,17 @@ describe("words", async () => {
     expect(all.filter(([, en, es]) => !en.trim() || !es.trim())).toEqual([]);
   });
 
+  it("are all used", () => {
+    const tables = modules.flatMap(([, module]) => Object.entries(module as object)).filter(([, value]) => !isPair(value) && pairs(value, "").length > 0);
+    expect(tables.flatMap(([name, table]) => unused(name as string, table as object))).toEqual([]);
+  });
+
   it("have the same gaps in both languages", () => {
     expect(all.filter(([, en, es]) => gaps(en).join() !== gaps(es).join())).toEqual([]);
   });
+});
+
+it("uses every icon that it takes from lucide", () => {
+  const others = sources.filter((one) => !one.includes("export const ICONS"));
+  expect(ICONS.filter((icon) => !others.some((one) => one.includes(`"${icon}"`) || one.includes(`'${icon}'`)))).toEqual([]);
 });

@@ -1,4 +1,4 @@
-import type { Action, Mode, TaskState } from "../generated/api.ts";
+import type { Mode, TaskState } from "../generated/api.ts";
 import { words, type Words } from "./index.ts";
 
 /** Texts of the frame around every page, and of parts that several pages share. */
@@ -10,13 +10,10 @@ export const COMMON = words({
   history: ["History", "Historial"],
   workshop: ["Workshop", "Taller"],
   people: ["People", "Personas"],
-  robots: ["Robots", "Robots"],
   help: ["Help", "Ayuda"],
   pages: ["Pages", "Páginas"],
   skip: ["Go to the content", "Ir al contenido"],
   twin: ["Twin", "Gemelo"],
-  clockSpeed: ["clock × {speed}", "reloj × {speed}"],
-  theme: ["Theme", "Tema"],
   light: ["Light theme", "Tema claro"],
   dark: ["Dark theme", "Tema oscuro"],
   language: ["Español", "English"],
@@ -34,13 +31,11 @@ export const COMMON = words({
   reconnecting: ["Connecting again", "Conectando de nuevo"],
   version: ["The service has another version. Reload the page when the robot is at rest.", "El servicio tiene otra versión. Recargue la página cuando el robot esté en reposo."],
   reload: ["Reload", "Recargar"],
-  restarted: ["The service was restarted.", "El servicio se reinició."],
   youDrive: ["You drive", "Usted mueve"],
   nobody: ["Nobody drives", "Nadie mueve"],
   someoneDrives: ["{name} drives", "Mueve {name}"],
   speed: ["Speed", "Velocidad"],
   linkUp: ["Link", "Enlace"],
-  linkReply: ["reply {ms} ms", "respuesta {ms} ms"],
   cancel: ["Cancel", "Cancelar"],
   close: ["Close", "Cerrar"],
   save: ["Save", "Guardar"],
@@ -49,13 +44,19 @@ export const COMMON = words({
   copy: ["Copy", "Copiar"],
   copied: ["Copied", "Copiado"],
   copyByHand: ["The text is selected: copy it with Ctrl+C.", "El texto está seleccionado: cópielo con Ctrl+C."],
-  retry: ["Try again", "Intentar de nuevo"],
   name: ["Name", "Nombre"],
   state: ["State", "Estado"],
+  row: ["Row", "Fila"],
+  column: ["Column", "Columna"],
+  notes: ["Notes", "Notas"],
+  load: ["× load", "× carga"],
+  preview: ["Preview", "Previsualizar"],
+  pause: ["Pause", "Pausa"],
+  resume: ["Resume", "Reanudar"],
+  approve: ["Approve", "Aprobar"],
+  decline: ["Decline", "Rechazar"],
   owner: ["Owner", "Dueño"],
   steps: ["Steps", "Pasos"],
-  time: ["Time", "Tiempo"],
-  none: ["None", "Ninguno"],
   unreachable: ["No connection to the service. Nothing was sent again.", "Sin conexión con el servicio. No se envió nada de nuevo."],
   code: ["error {code}", "error {code}"],
   loading: ["Loading", "Cargando"],
@@ -63,6 +64,16 @@ export const COMMON = words({
   signOut: ["Sign out", "Salir"],
   yes: ["Yes", "Sí"],
   no: ["No", "No"],
+});
+
+export const PRIMITIVES = words({
+  pick: ["Pick", "Recoger"],
+  place: ["Place", "Colocar"],
+  approach: ["Approach", "Aproximar"],
+  line: ["Line", "Línea recta"],
+  move: ["Move joints", "Mover articulaciones"],
+  gripper: ["Gripper", "Pinza"],
+  home: ["Home", "Referenciar"],
 });
 
 export const MODES: Record<Mode, Words> = {
@@ -100,5 +111,3 @@ export const STATE_LOOK: Record<TaskState, "" | "ok" | "warn" | "bad" | "busy"> 
   cancelled: "",
   skipped: "",
 };
-
-export type { Action };

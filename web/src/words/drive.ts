@@ -1,3 +1,4 @@
+import type { PRIMITIVES } from "./common.ts";
 import { words, type Words } from "./index.ts";
 
 /** Texts of the page Drive, and of going to a place from other pages. */
@@ -15,15 +16,11 @@ export const DRIVE = words({
   pointer: ["x {x}, y {y} {unit}", "x {x}, y {y} {unit}"],
   reachAt: ["Reachable at z {z} {unit}", "Alcanzable a z {z} {unit}"],
   nothingAt: ["At this height the robot reaches no place.", "A esta altura el robot no alcanza ningún lugar."],
-  legendGripper: ["Gripper", "Pinza"],
-  legendTarget: ["Target", "Destino"],
   legendPose: ["Pose", "Pose"],
   legendPart: ["Part", "Pieza"],
   legendZone: ["Zone", "Zona"],
-  legendPath: ["Path", "Recorrido"],
   target: ["Target", "Destino"],
   coordinates: ["Coordinates", "Coordenadas"],
-  named: ["Name", "Nombre"],
   joints: ["Joints", "Articulaciones"],
   choose: ["Choose one", "Elija uno"],
   noNames: ["Nothing is taught yet, and no part is known.", "Aún no se ha enseñado nada, ni se conoce ninguna pieza."],
@@ -77,16 +74,6 @@ export const DRIVE = words({
   ],
   stickPlane: ["Stick for x and y", "Palanca para x e y"],
   stickHeight: ["Stick for z", "Palanca para z"],
-});
-
-export const PRIMITIVES = words({
-  pick: ["Pick", "Recoger"],
-  place: ["Place", "Dejar"],
-  approach: ["Approach", "Aproximar"],
-  line: ["Line", "Línea recta"],
-  move: ["Move joints", "Mover articulaciones"],
-  gripper: ["Gripper", "Pinza"],
-  home: ["Home", "Referenciar"],
 });
 
 /** What each primitive does, in a sentence. */

@@ -1,5 +1,6 @@
 import type { Distance } from "../generated/api.ts";
 import { angle, angleUnit, fixed, length, lengthUnit } from "../look/units.ts";
+import { COMMON } from "./common.ts";
 import { t, words, type Words } from "./index.ts";
 
 /** The limits of the workspace, by their names in messages. */
@@ -31,6 +32,6 @@ export function limitName(one: Pick<Distance, "limit" | "zone">): string {
 /** Returns a margin with its unit. */
 export function marginText(one: Pick<Distance, "margin" | "unit">): string {
   if (one.unit === "rad") return angleUnit.value === "°" ? `${angle(one.margin)}°` : `${angle(one.margin)} rad`;
-  if (one.unit === "load") return `${fixed(one.margin, 2)} ${t(["× load", "× carga"])}`;
+  if (one.unit === "load") return `${fixed(one.margin, 2)} ${t(COMMON.load)}`;
   return `${length(one.margin)} ${lengthUnit.value}`;
 }

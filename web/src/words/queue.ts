@@ -1,4 +1,5 @@
 import type { QueueMode } from "../generated/api.ts";
+import { PRIMITIVES } from "./common.ts";
 import { words, type Words } from "./index.ts";
 
 export const QUEUE = words({
@@ -12,7 +13,6 @@ export const QUEUE = words({
   pauseStep: ["Pause after the step", "Pausar tras el paso"],
   pauseQueueWord: ["Pause the queue", "Pausar la cola"],
   pauseNow: ["Pause now", "Pausar ya"],
-  resume: ["Resume", "Reanudar"],
   oneStep: ["One step", "Un paso"],
   clear: ["Clear", "Vaciar"],
   clearAll: ["Cancel all {count} waiting jobs, held ones too? The running job goes on.", "¿Cancelar los {count} trabajos en espera, también los retenidos? El trabajo en curso sigue."],
@@ -41,16 +41,12 @@ export const QUEUE = words({
   submittedAt: ["Submitted on {date}.", "Enviado el {date}."],
   hold: ["Hold", "Retener"],
   release: ["Release", "Liberar"],
-  approve: ["Approve", "Aprobar"],
-  decline: ["Decline", "Rechazar"],
-  cancelJob: ["Cancel", "Cancelar"],
   cancelRunning: ["Stop and cancel", "Parar y cancelar"],
   skipNext: ["Skip “{step}”", "Omitir «{step}»"],
   noSkip: ["A step of a loop or of a repeated job cannot be left out. Cancel the job, and add one without this step.", "No se puede omitir un paso de un bucle o de un trabajo repetido. Cancele el trabajo y añada uno sin ese paso."],
   editCopy: ["Edit a copy", "Editar una copia"],
   priority: ["Priority (−100 to 100)", "Prioridad (−100 a 100)"],
   priorityOf: ["priority {priority}", "prioridad {priority}"],
-  notes: ["Notes", "Notas"],
   options: ["Options", "Opciones"],
   lowest: ["Heights {low} to {high} {unit}", "Alturas de {low} a {high} {unit}"],
   moreSteps: ["{count} more steps", "{count} pasos más"],
@@ -81,7 +77,7 @@ export const QUEUE = words({
   jointValues: ["Joint values", "Valores articulares"],
   partsGroup: ["Parts of this job", "Piezas de este trabajo"],
   placesGroup: ["Places of this job", "Lugares de este trabajo"],
-  palletsGroup: ["Pallets", "Paletas"],
+  palletsGroup: ["Pallets", "Palés"],
   posesGroup: ["Taught poses", "Poses enseñadas"],
   unknownName: ["{name} (unknown)", "{name} (desconocido)"],
   cellOf: ["a cell of {name}", "una celda de {name}"],
@@ -89,14 +85,12 @@ export const QUEUE = words({
   cellNext: ["the next cell", "la celda siguiente"],
   cellEach: ["the cell of the loop", "la celda del bucle"],
   cellNumber: ["row and column", "fila y columna"],
-  row: ["Row", "Fila"],
-  column: ["Column", "Columna"],
   graspHeight: ["auto", "auto"],
   graspHint: ["Without z, the height is the grasp height of the cell.", "Sin z, la altura es la de agarre de la celda."],
   takeHere: ["Take the position of the gripper", "Tomar la posición de la pinza"],
   noPosition: ["The position of the robot is not known.", "No se conoce la posición del robot."],
   gripper: ["What the gripper does in step {number}", "Qué hace la pinza en el paso {number}"],
-  loopOver: ["The pallet of the loop in step {number}", "La paleta del bucle del paso {number}"],
+  loopOver: ["The pallet of the loop in step {number}", "El palé del bucle del paso {number}"],
   loopCells: ["every cell of {name}", "cada celda de {name}"],
   loopPart: ["cells {name}", "celdas {name}"],
   names: ["Parts and places", "Piezas y lugares"],
@@ -107,7 +101,7 @@ export const QUEUE = words({
   addPlace: ["Add a place", "Añadir un lugar"],
   nameOf: ["Name of the {kind} {name}", "Nombre: {kind} {name}"],
   removeName: ["Delete {name}", "Borrar {name}"],
-  palletInText: ["Pallet {name}: {rows} × {columns}. Change it in the text.", "Paleta {name}: {rows} × {columns}. Cámbiela en el texto."],
+  palletInText: ["Pallet {name}: {rows} × {columns}. Change it in the text.", "Palé {name}: {rows} × {columns}. Cámbielo en el texto."],
   mistakeAt: ["Line {line}, column {column}: {reason}", "Línea {line}, columna {column}: {reason}"],
   showMistake: ["Show the mistake", "Mostrar el error"],
   blocksStale: ["The text has a mistake. The blocks show the job before it.", "El texto tiene un error. Los bloques muestran el trabajo anterior."],
@@ -120,7 +114,6 @@ export const QUEUE = words({
   commentsGone: ["The blocks wrote the whole text again, without its comments.", "Los bloques reescribieron el texto, sin sus comentarios."],
   undo: ["Bring it back", "Recuperarlo"],
   clearDraft: ["Start over", "Empezar de nuevo"],
-  preview: ["Preview", "Previsualizar"],
   previewing: ["The service plans the motions", "El servicio planifica los movimientos"],
   previewTitle: ["Preview", "Previsualización"],
   previewTotal: ["Takes {time}, without homing.", "Tarda {time}, sin la referencia."],
@@ -154,15 +147,6 @@ export const REASONS: Record<string, Words> = {
 };
 
 /** The primitives in jobs, as blocks. */
-export const COMMANDS: Record<string, Words> = {
-  home: ["Home", "Referenciar"],
-  pick: ["Pick", "Recoger"],
-  place: ["Place", "Colocar"],
-  approach: ["Approach", "Acercarse a"],
-  line: ["Line to", "Línea a"],
-  move: ["Move to", "Mover a"],
-  gripper: ["Gripper", "Pinza"],
-  for_each: ["For each", "Para cada"],
-};
+export const COMMANDS: Record<string, Words> = { ...PRIMITIVES, for_each: ["For each", "Para cada"] };
 
 export const GRIPPER = { open: ["open", "abrir"], close: ["close", "cerrar"] } as const satisfies Record<string, Words>;

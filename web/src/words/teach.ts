@@ -1,8 +1,6 @@
 import { words } from "./index.ts";
 
 export const TEACH = words({
-  row: ["Row", "Fila"],
-  column: ["Column", "Columna"],
   rows: ["Rows", "Filas"],
   columns: ["Columns", "Columnas"],
   kinds: ["Places to teach", "Lugares que enseñar"],

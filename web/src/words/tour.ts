@@ -7,7 +7,6 @@ export const TOUR = words({
   back: ["Back", "Atrás"],
   end: ["End the tour", "Terminar"],
   finish: ["Done", "Listo"],
-  stopTitle: ["Stop", "Parar"],
   stop: ["This button stops the robot. It is on every page, never asks, and works for everybody. While the robot moves, the space bar does the same.", "Este botón para el robot. Está en todas las páginas, nunca pregunta y funciona para todos. Mientras el robot se mueve, la barra espaciadora hace lo mismo."],
   stateTitle: ["The state of the robot", "El estado del robot"],
   state: ["Here you read what the robot does: not homed, ready, moving, paused, or a fault.", "Aquí usted lee qué hace el robot: sin referenciar, listo, en movimiento, en pausa o con un fallo."],

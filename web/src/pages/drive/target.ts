@@ -2,7 +2,7 @@ import { computed, reactive } from "vue";
 import type { Point, Task } from "../../generated/api.ts";
 import { cellOf, pallets, poses } from "../../state/places.ts";
 import { table } from "../../state/robot.ts";
-import type { PRIMITIVES } from "../../words/drive.ts";
+import type { PRIMITIVES } from "../../words/common.ts";
 
 export type PrimitiveName = keyof typeof PRIMITIVES;
 

@@ -3,8 +3,9 @@ import type { Signals, State } from "../../generated/api.ts";
 import { ask } from "../../api/ask.ts";
 import { PERIOD, Rings } from "../../plots/rings.ts";
 import { clockSpeed, hello, live, onState, signals, state } from "../../state/robot.ts";
+import { LIVE } from "../../words/live.ts";
 import type { Words } from "../../words/index.ts";
-import { SCOPE } from "../../words/workshop.ts";
+import { SCOPE, SIGNALS } from "../../words/workshop.ts";
 import type { Quantity } from "./quantities.ts";
 import { pastOf } from "./traces.ts";
 
@@ -42,12 +43,12 @@ function bits(name: "inputs" | "outputs", group: Words, words: Words): Channel[]
 
 /** All signals that the stream carries. */
 export const CHANNELS: readonly Channel[] = [
-  ...["x", "y", "z"].map((axis, i): Channel => ({ key: axis, group: SCOPE.groupPosition, words: null, axis, quantity: "length", column: axis, read: (state) => state?.point?.[i] })),
+  ...["x", "y", "z"].map((axis, i): Channel => ({ key: axis, group: LIVE.position, words: null, axis, quantity: "length", column: axis, read: (state) => state?.point?.[i] })),
   ...joints("joint", SCOPE.groupJoints, null, ["angle", "length"], (i) => (state) => state?.joints?.[i], (axis) => axis),
-  ...joints("speed", SCOPE.groupSpeed, SCOPE.speedOf, ["angular speed", "speed"], (i) => (state) => state?.velocity[i], (axis) => `velocity_${axis}`),
-  ...joints("error", SCOPE.groupError, SCOPE.errorOf, ["angle", "length"], (i) => (_, found) => found?.following_error[i]),
-  ...joints("torque", SCOPE.groupTorque, SCOPE.torqueOf, ["voltage", "voltage"], (i) => (_, found) => found?.torque[i]),
-  ...joints("tension", SCOPE.groupTension, SCOPE.tensionOf, ["load", "load"], (i) => (_, found) => found?.tension?.[i - 1]).slice(1),
+  ...joints("speed", LIVE.speedPlot, SCOPE.speedOf, ["angular speed", "speed"], (i) => (state) => state?.velocity[i], (axis) => `velocity_${axis}`),
+  ...joints("error", LIVE.errorPlot, SCOPE.errorOf, ["angle", "length"], (i) => (_, found) => found?.following_error[i]),
+  ...joints("torque", SIGNALS.torque, SCOPE.torqueOf, ["voltage", "voltage"], (i) => (_, found) => found?.torque[i]),
+  ...joints("tension", LIVE.tensionPlot, SCOPE.tensionOf, ["load", "load"], (i) => (_, found) => found?.tension?.[i - 1]).slice(1),
   ...bits("inputs", SCOPE.groupInputs, SCOPE.inputOf),
   ...bits("outputs", SCOPE.groupOutputs, SCOPE.outputOf),
 ];
