@@ -117,8 +117,8 @@ describe("a recording", () => {
     expect(TRACK.trace(6, 3)).toEqual([[3, 0, 0.5]]);
   });
 
-  it("is divided into stretches of one mode without holes", () => {
-    expect(TRACK.stretches()).toEqual([
+  it("is divided into spans of one mode without holes", () => {
+    expect(TRACK.spans()).toEqual([
       { mode: "not_homed", from: 1, to: 1.5 },
       { mode: "idle", from: 1.5, to: 2 },
       { mode: "moving", from: 2, to: 6 },

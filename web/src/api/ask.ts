@@ -1,11 +1,12 @@
 import type { Operations } from "../generated/api.ts";
-import { language } from "../words/index.ts";
-import { Refusal, refusalOf, Unreachable, type OperationName } from "../stream/stream.ts";
-import { headers, token } from "./session.ts";
 import { stream } from "../state/robot.ts";
+import { Refusal, refusalOf, Unreachable, type OperationName } from "../stream/stream.ts";
+import { language } from "../words/index.ts";
 import { leaseId } from "./lease.ts";
+import { headers, token } from "./session.ts";
 
 type Value = string | number | boolean | readonly (string | number)[] | undefined;
+
 export interface Options<Name extends OperationName> {
   path?: Record<string, string | number>;
   query?: Record<string, Value>;
@@ -33,7 +34,7 @@ export async function ask<Name extends OperationName>(
   if (!options.large && stream.ready && text.length < LONGEST_MESSAGE) {
     return (await stream.request(method, target, options.body, leaseId.value, language.value)) as Operations[Name]["answer"];
   }
-  return (await over(method, target, text)) as Operations[Name]["answer"];
+  return (await overHttp(method, target, text)) as Operations[Name]["answer"];
 }
 
 /** Fetches a file over HTTP and offers it for download: its token cannot be part of a link. */
@@ -51,11 +52,11 @@ export function save(data: Blob, name: string): void {
   setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
 }
 
-/** Carries out a request over HTTP, by default with the token of this tab. */
-export async function over(method: string, target: string, text = "", keepalive = false, shown = token.value): Promise<unknown> {
-  const known = headers(language.value, shown === token.value ? leaseId.value : "", shown);
-  if (text) known["Content-Type"] = "application/json";
-  const answer = await fetched(target, { method, headers: known, keepalive, ...(text ? { body: text } : {}) });
+/** Carries out a request over HTTP, by default with the token of this tab. The lease of this tab belongs to that token. */
+export async function overHttp(method: string, target: string, text = "", keepalive = false, bearer = token.value): Promise<unknown> {
+  const sent = headers(language.value, bearer === token.value ? leaseId.value : "", bearer);
+  if (text) sent["Content-Type"] = "application/json";
+  const answer = await fetched(target, { method, headers: sent, keepalive, ...(text ? { body: text } : {}) });
   return await answer.json();
 }
 
@@ -79,7 +80,7 @@ export function filled(template: string, path: Record<string, string | number> =
 }
 
 /** Returns the query of a request, "" for none; undefined values are left out. */
-export function queried(query: Record<string, Value> = {}): string {
+function queried(query: Record<string, Value> = {}): string {
   const found = new URLSearchParams();
   for (const [key, value] of Object.entries(query)) {
     for (const one of Array.isArray(value) ? value : [value]) {

@@ -12,9 +12,9 @@ export function keepToken(value: string): void {
 }
 
 /** Returns the headers of a request over HTTP, by default with the token of this tab. */
-export function headers(language: string, lease = "", shown = token.value): Record<string, string> {
+export function headers(language: string, lease = "", bearer = token.value): Record<string, string> {
   const found: Record<string, string> = { "Accept-Language": language };
-  if (shown) found["Authorization"] = `Bearer ${shown}`;
+  if (bearer) found["Authorization"] = `Bearer ${bearer}`;
   if (lease) found["Maya-Lease"] = lease;
   return found;
 }

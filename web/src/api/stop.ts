@@ -1,7 +1,7 @@
 import { ref, shallowRef } from "vue";
 import type { StopReport } from "../generated/api.ts";
 import { live, stream } from "../state/robot.ts";
-import { over } from "./ask.ts";
+import { overHttp } from "./ask.ts";
 
 /** The progress of the latest stop, for the button and for screen readers. */
 export const stopping = ref<"idle" | "sent" | "done" | "failed">("idle");
@@ -10,7 +10,7 @@ export const stopFailure = ref("");
 
 const beforeStop = new Set<() => void>();
 
-/** Calls `action` before every stop, for example to let go of a held key. */
+/** Calls `action` before every stop, for example to end a held jog. Returns the function that ends this. */
 export function onStop(action: () => void): () => void {
   beforeStop.add(action);
   return () => beforeStop.delete(action);
@@ -23,7 +23,7 @@ export function onStop(action: () => void): () => void {
 export async function stop(): Promise<void> {
   for (const action of beforeStop) action();
   stopping.value = "sent";
-  const ways: Promise<unknown>[] = [over("POST", "/v1/stop", "", true)];
+  const ways: Promise<unknown>[] = [overHttp("POST", "/v1/stop", "", true)];
   if (live.value) ways.push(stream.request("POST", "/v1/stop"));
   try {
     stopReport.value = (await Promise.any(ways)) as StopReport;

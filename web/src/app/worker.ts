@@ -1,6 +1,6 @@
 /**
- * The service worker: it keeps the page's own files, so that the page opens while the service is down, and then says
- * so. It answers nothing else: requests to /v1 go to the service as if there were no worker.
+ * The service worker: it keeps the page's own files, so that the page opens, and says what is wrong, while the service is
+ * down. It answers nothing else: requests to /v1 go to the service as if there were no worker.
  */
 
 /** The files of this build, put in by vite.config.ts: "/" is the document of all pages. */
@@ -24,7 +24,7 @@ const worker = self as unknown as Worker;
 const PREFIX = "maya-";
 
 /** The service has this long to answer with the document before the kept one is shown [ms]. */
-const PATIENCE = 1500;
+const LIMIT = 1500;
 
 worker.addEventListener("install", (event) => {
   (event as Extendable).waitUntil(keep());
@@ -61,13 +61,13 @@ async function removeOld(): Promise<void> {
 /** The document from the service, or the kept one if the service does not answer in time. */
 async function page(request: Request): Promise<Response> {
   const kept = async () => (await caches.open(PREFIX + BUILD)).match("/", { ignoreVary: true });
-  const late = new Promise<Response | undefined>((resolve) => setTimeout(() => resolve(kept()), PATIENCE));
+  const late = new Promise<Response | undefined>((resolve) => setTimeout(() => resolve(kept()), LIMIT));
   const asked = fetch(request);
   const found = await Promise.race([asked, late]).catch(kept);
   return found ?? asked;
 }
 
-/** A file of this build, or of the one before, which the service may have no more. */
+/** A file of this build, or of the one before, which the service may no longer have. */
 async function file(request: Request): Promise<Response> {
   const newest = await caches.open(PREFIX + BUILD);
   return (await newest.match(request.url, { ignoreVary: true })) ?? (await caches.match(request.url, { ignoreVary: true })) ?? fetch(request);

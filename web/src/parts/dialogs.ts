@@ -1,4 +1,4 @@
 import { ref } from "vue";
 
-/** The number of open dialogues: while there is one, the page behind it takes no input, but stop does. */
+/** The number of open dialogues. While there is one, the page behind it takes no input; the stop button still does. */
 export const dialogs = ref(0);

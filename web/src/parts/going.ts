@@ -30,7 +30,7 @@ export function useGoing(task: Ref<Task | null>) {
     return joints.map((one) => meeting(geometry, ...one)).filter((one) => one !== null);
   });
 
-  async function look(): Promise<void> {
+  async function inspect(): Promise<void> {
     const asked = task.value;
     if (asked === null) return;
     const text = key.value;
@@ -63,5 +63,5 @@ export function useGoing(task: Ref<Task | null>) {
     () => void read(),
   );
 
-  return { preview, ready, path, job, look, go, previewing, going };
+  return { preview, ready, path, job, inspect, go, previewing, going };
 }

@@ -170,7 +170,7 @@ function retargeted(step: Step, old: string, name: string): Step {
   return argument === old ? writeStep(command, name) : step;
 }
 
-/** Removes a part or place; steps that name it keep the name, and the service says that it is unknown. */
+/** Removes a part or place. Steps that name it keep the name, and the service refuses it as unknown. */
 export function withoutName(job: JobData, group: NameGroup, name: string): JobData {
   const { [name]: _, ...rest } = job[group] ?? {};
   return tidy({ ...job, [group]: rest });
@@ -206,15 +206,15 @@ export function stepOf(task: Task): JobStep | "home" {
   return { [task.command]: task.target } as JobStep;
 }
 
-/** Returns the body of an accepted job as a job: a single command (`wish`) becomes a job of one step. */
+/** Returns the body of an accepted job as a job: a single command (key `wish`) becomes a job of one step. */
 export function bodyAsJob(body: Record<string, unknown>): JobData {
-  const wish = body["wish"];
-  if (!isMapping(wish)) {
+  const single = body["wish"];
+  if (!isMapping(single)) {
     const job = Object.fromEntries(ORDER.filter((key) => key in body).map((key) => [key, body[key]])) as unknown as JobData;
     return tidy({ ...job, steps: job.steps.map(plain) });
   }
-  const command = String(wish["command"]);
-  const argument = command === "gripper" ? (wish["open"] === true ? "open" : "close") : (wish["target"] ?? wish["joints"] ?? null);
+  const command = String(single["command"]);
+  const argument = command === "gripper" ? (single["open"] === true ? "open" : "close") : (single["target"] ?? single["joints"] ?? null);
   return { name: command, steps: [writeStep(command, argument)] };
 }
 

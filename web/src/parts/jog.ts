@@ -7,7 +7,7 @@ import { whyNot } from "../state/can.ts";
 import { queue, state, stream } from "../state/robot.ts";
 import { LIVE } from "../words/live.ts";
 import { t } from "../words/index.ts";
-import { Grip, type Axis, type Heading, type Wire } from "./grip.ts";
+import { Hold, type Axis, type Heading, type HoldLink } from "./hold.ts";
 
 export type { Axis, Heading };
 
@@ -24,10 +24,10 @@ export const jogReason = computed(() => {
 export const jogEnd = shallowRef<{ reason: string } | null>(null);
 export const jogFailure = shallowRef<Failure | null>(null);
 
-/** The grip that jogs now, or could. There is one for the page: the latest ends the one before. */
-export const gripped = shallowRef<Grip | null>(null);
+/** The hold that jogs now, or that could. The page has one: a new hold ends the one before. */
+export const activeHold = shallowRef<Hold | null>(null);
 
-const wire: Wire = {
+const link: HoldLink = {
   ready: () => stream.ready,
   hold: (heading, press) => ask("POST /v1/jog", { body: { ...heading, hold: true, press } }) as Promise<HeldJog>,
   release: (press) => ask("POST /v1/jog", { body: { hold: false, press } }),
@@ -37,8 +37,8 @@ const wire: Wire = {
   failed(error) {
     jogFailure.value = failureOf(error);
   },
-  ended(grip) {
-    if (gripped.value === grip) gripped.value = null;
+  ended(hold) {
+    if (activeHold.value === hold) activeHold.value = null;
   },
 };
 
@@ -53,19 +53,19 @@ function forget(): void {
   jogFailure.value = null;
 }
 
-/** Takes hold of the robot; a grip before ends. */
-export function take(heading: Heading | null = null): Grip {
+/** Begins a hold, and ends the one before. */
+export function beginHold(heading: Heading | null = null): Hold {
   release();
   forget();
-  const grip = new Grip(wire, newId);
-  gripped.value = grip;
-  grip.steer(heading);
-  return grip;
+  const hold = new Hold(link, newId);
+  activeHold.value = hold;
+  hold.steer(heading);
+  return hold;
 }
 
 /** Ends the held jog, if any. */
 export function release(): void {
-  gripped.value?.end();
+  activeHold.value?.end();
 }
 
 /** Jogs by a distance (rad or m), as far as the workspace allows. */

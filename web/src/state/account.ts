@@ -1,5 +1,5 @@
 import { ref } from "vue";
-import { filled, over } from "../api/ask.ts";
+import { filled, overHttp } from "../api/ask.ts";
 import { dropLease } from "../api/lease.ts";
 import { keepToken } from "../api/session.ts";
 import type { Me, NewToken, Removed, TokenLine } from "../generated/api.ts";
@@ -26,19 +26,19 @@ export function become(token: string): void {
 
 /** Signs in by name and password. These requests go over HTTP: the stream may be closed. */
 export async function signIn(name: string, password: string): Promise<void> {
-  const made = (await over("POST", "/v1/session", JSON.stringify({ name, password }))) as NewToken;
+  const made = (await overHttp("POST", "/v1/session", JSON.stringify({ name, password }))) as NewToken;
   become(made.token);
 }
 
 /** Signs in by a token. */
 export async function signInWith(token: string): Promise<void> {
-  await over("GET", "/v1/me", "", false, token);
+  await overHttp("GET", "/v1/me", "", false, token);
   become(token);
 }
 
 /** Ends the session: its token is revoked. */
 export async function signOut(): Promise<void> {
-  (await over("DELETE", "/v1/session")) as Removed;
+  (await overHttp("DELETE", "/v1/session")) as Removed;
   me.value = null;
   become("");
 }
@@ -53,13 +53,13 @@ export function takeCode(): string {
 /** Exchanges the token of a code for one of this page that ends with it. So the code works once. */
 export async function redeem(code: string): Promise<void> {
   try {
-    const caller = (await over("GET", "/v1/me", "", false, code)) as Me;
+    const caller = (await overHttp("GET", "/v1/me", "", false, code)) as Me;
     const path = filled("/v1/users/{name}/tokens", { name: caller.name });
-    const all = (await over("GET", path, "", false, code)) as TokenLine[];
+    const all = (await overHttp("GET", path, "", false, code)) as TokenLine[];
     const expires = all.find((one) => one.id === caller.token)?.expires ?? "";
     const body = JSON.stringify({ note: PHONE, expires: stamp(expires) });
-    const own = (await over("POST", path, body, false, code)) as NewToken;
-    await over("DELETE", filled("/v1/tokens/{token}", { token: caller.token }), "", false, own.token);
+    const own = (await overHttp("POST", path, body, false, code)) as NewToken;
+    await overHttp("DELETE", filled("/v1/tokens/{token}", { token: caller.token }), "", false, own.token);
     keepToken(own.token);
   } catch (error) {
     codeFailure.value = failureOf(error);

@@ -6,7 +6,7 @@ const postponed = ref(0);
 /** The interrupted job that waits for a decision, if any. */
 export const recovery = computed(() => queue.value?.recovery ?? null);
 
-/** Whether the person has put the decision off. The page still says that a job waits for it. */
+/** Whether the person has postponed the decision. A notice then remains. */
 export const later = computed(() => recovery.value !== null && postponed.value === recovery.value.job);
 
 export function postpone(): void {

@@ -56,7 +56,7 @@ function url(): string {
 /** Another version of the service than the one that this page came from. */
 export const newVersion = ref(false);
 
-/** Whether the robot is a twin; false until the service has said so. */
+/** Whether the robot is a twin; false before the greeting of the service. */
 export const twin = computed(() => hello.value?.address === "sim");
 
 /** The speed of the robot's clock; it differs from 1 only on a twin. */
@@ -113,7 +113,7 @@ export const live = computed(() => connection.value === "live" && current.value 
 /** Whether an axis moves. */
 export const moving = computed(() => state.value !== null && state.value.moving);
 
-/** Connects, follows the page's visibility, and ends with the page: nothing goes on that nobody sees. */
+/** Connects, and follows the visibility of the page. The connection ends with the page, and held motion with it. */
 export function start(): void {
   stream.open();
   document.addEventListener("visibilitychange", () => stream.setRate(document.hidden ? HIDDEN_RATE : RATE));

@@ -33,8 +33,8 @@ export interface Hello {
   who: { name: string; role: string };
 }
 
-/** What the stream tells its owner. `topic` gets the name of a topic and its newest value. */
-export interface Heard {
+/** Functions that the stream calls for what arrives. `topic` gets the name of a topic and its newest value. */
+export interface StreamHandlers {
   hello(hello: Hello): void;
   state(state: State): void;
   event(event: EventMessage): void;
@@ -46,15 +46,15 @@ export interface Heard {
 type Message = { type: string; id?: number } & Record<string, unknown>;
 type Waiting = { resolve: (answer: Message) => void; reject: (error: Error) => void };
 
-/** The state is sent at this rate [Hz] while the page is visible, and at the second while it is hidden. */
+/** The state is sent at the first rate [Hz] while the page is visible, and at the second one while it is hidden. */
 export const RATE = 20;
 export const HIDDEN_RATE = 1;
 
 /** A connection that is not made within this time is given up and tried again [ms]. */
-export const OPENING = 5_000;
+const OPENING = 5_000;
 
 /** The service sends at least a state every 10 s; a stream that is silent for longer is dead [ms]. */
-export const SILENCE = 12_000;
+const SILENCE = 12_000;
 
 const FIRST_DELAY = 250;
 const LONGEST_DELAY = 4000;
@@ -72,7 +72,7 @@ export class Stream {
   private delay = FIRST_DELAY;
   private retry: ReturnType<typeof setTimeout> | undefined;
   private silence: ReturnType<typeof setTimeout> | undefined;
-  private number = 0;
+  private lastId = 0;
   private readonly waiting = new Map<number, Waiting>();
   private seen: { run: number; since: number } | null = null;
   private rate = RATE;
@@ -82,7 +82,7 @@ export class Stream {
     private readonly url: string,
     private readonly topics: readonly (keyof Topics)[],
     private readonly token: () => string,
-    private readonly heard: Heard,
+    private readonly handlers: StreamHandlers,
   ) {}
 
   /** Whether requests can be sent now. */
@@ -107,7 +107,7 @@ export class Stream {
     clearTimeout(this.retry);
     this.delay = FIRST_DELAY;
     this.wanted = true;
-    this.leave();
+    this.drop();
     this.connect();
   }
 
@@ -132,7 +132,7 @@ export class Stream {
   /** Sends a message with an id and returns the message that answers it. */
   ask(message: Message): Promise<Message> {
     if (!this.ready) return Promise.reject(new Unreachable());
-    const id = ++this.number;
+    const id = ++this.lastId;
     return new Promise((resolve, reject) => {
       this.waiting.set(id, { resolve, reject });
       this.send({ ...message, id });
@@ -149,29 +149,29 @@ export class Stream {
     this.socket = socket;
     this.greeted = false;
     this.refusal = null;
-    this.listen(OPENING);
+    this.watchSilence(OPENING);
     socket.onopen = () => {
       const token = this.token();
       socket.send(JSON.stringify(token ? { type: "hello", token, protocol: 1 } : { type: "hello", protocol: 1 }));
-      this.listen();
+      this.watchSilence();
     };
-    socket.onmessage = (message) => this.hear(JSON.parse(message.data as string) as Message);
-    socket.onclose = (end) => this.ended(end.code);
+    socket.onmessage = (message) => this.receive(JSON.parse(message.data as string) as Message);
+    socket.onclose = (end) => this.closed(end.code);
   }
 
-  private listen(patience = SILENCE): void {
+  /** Gives the connection up if nothing arrives within a time [ms]. */
+  private watchSilence(limit = SILENCE): void {
     clearTimeout(this.silence);
-    this.silence = setTimeout(() => this.cut(), patience);
+    this.silence = setTimeout(() => this.giveUp(), limit);
   }
 
-  /** Gives a dead connection up. */
-  private cut(): void {
-    this.leave();
-    this.ended(1006);
+  private giveUp(): void {
+    this.drop();
+    this.closed(1006);
   }
 
-  /** Leaves the connection without waiting for its closing handshake. */
-  private leave(): void {
+  /** Closes the connection without waiting for the closing handshake. */
+  private drop(): void {
     const socket = this.socket;
     if (socket !== null) {
       socket.onopen = null;
@@ -179,10 +179,10 @@ export class Stream {
       socket.onclose = null;
       socket.close(1000);
     }
-    this.forget();
+    this.reset();
   }
 
-  private forget(): void {
+  private reset(): void {
     clearTimeout(this.silence);
     this.socket = null;
     this.greeted = false;
@@ -190,40 +190,44 @@ export class Stream {
     this.waiting.clear();
   }
 
-  private ended(code: number): void {
-    this.forget();
-    this.heard.lost(code, this.refusal);
+  private closed(code: number): void {
+    this.reset();
+    this.handlers.lost(code, this.refusal);
     const final = code === 4101; // the token is not valid: the page asks for another one
     if (!this.wanted || final) return;
     this.retry = setTimeout(() => this.connect(), this.delay);
     this.delay = Math.min(this.delay * 2, LONGEST_DELAY);
   }
 
-  private hear(message: Message): void {
-    this.listen();
-    const one = message.id === undefined ? undefined : this.waiting.get(message.id);
-    if (one !== undefined) {
-      this.waiting.delete(message.id as number);
-      if (message.type === "error") one.reject(refusalOf(message, 0));
-      else one.resolve(message);
-      return;
-    }
+  /** Ends the request that a message answers. Returns whether there was one. */
+  private answered(message: Message): boolean {
+    const request = message.id === undefined ? undefined : this.waiting.get(message.id);
+    if (request === undefined) return false;
+    this.waiting.delete(message.id as number);
+    if (message.type === "error") request.reject(refusalOf(message, 0));
+    else request.resolve(message);
+    return true;
+  }
+
+  private receive(message: Message): void {
+    this.watchSilence();
+    if (this.answered(message)) return;
     switch (message.type) {
       case "hello":
         this.greet(message as unknown as Hello);
         break;
       case "state":
-        this.heard.state(message["state"] as State);
+        this.handlers.state(message["state"] as State);
         break;
       case "event": {
         const event = message["event"] as EventMessage;
         this.seen = { run: message["run"] as number, since: event.seq };
-        this.heard.event(event);
+        this.handlers.event(event);
         break;
       }
       case "restart":
         this.seen = { run: message["run"] as number, since: 0 };
-        this.heard.restart(message["run"] as number);
+        this.handlers.restart(message["run"] as number);
         break;
       case "error":
         this.refusal = refusalOf(message, 0);
@@ -232,12 +236,12 @@ export class Stream {
       default:
         if ((this.topics as readonly string[]).includes(message.type)) {
           const name = message.type as keyof Topics;
-          this.heard.topic(name, message[name] as Topics[typeof name]);
+          this.handlers.topic(name, message[name] as Topics[typeof name]);
         }
     }
   }
 
-  /** Without an `hello` of ours the service greets at once; the second greeting changes nothing. */
+  /** Subscribes after the first greeting. The service greets callers without a token twice: at once, and after our `hello`. */
   private greet(hello: Hello): void {
     if (this.greeted) return;
     this.greeted = true;
@@ -246,7 +250,7 @@ export class Stream {
     const subscription: Message = { type: "subscribe", state: { rate: this.rate }, events };
     for (const topic of this.topics) subscription[topic] = true;
     this.send(subscription);
-    this.heard.hello(hello);
+    this.handlers.hello(hello);
   }
 
   /** Continues with the oldest event that the service still has. */

@@ -63,13 +63,13 @@ export function sentenceOf(event: EventMessage): string {
   const shown = Object.fromEntries(
     Object.entries(event.detail).map(([name, value]) => [name, detailText(event.kind, name, value)]),
   );
-  const said =
+  const text =
     template === undefined
       ? [event.kind, ...Object.entries(event.detail).map(([name, value]) => `${name} ${value}`)].join(" ")
       : filledIn(template, shown).trim();
   const message = translated(event.code, String(event.detail["message"] ?? ""));
   const holder = event.kind === "lease" && event.detail["holder"] ? `: ${event.detail["holder"]}` : "";
-  const sentence = said.charAt(0).toUpperCase() + said.slice(1) + holder;
+  const sentence = text.charAt(0).toUpperCase() + text.slice(1) + holder;
   return message === "" ? sentence : `${sentence}: ${message}`;
 }
 
@@ -85,7 +85,7 @@ export function toneOf(event: EventMessage): Tone {
   return event.kind === "job" && event.detail["state"] === "done" ? "ok" : "";
 }
 
-/** Whether an event belongs in the short list: what the command line tells too, and jobs and recordings. */
+/** Whether an event belongs in the short list: those that the command line shows, and jobs and recordings. */
 export function important(event: EventMessage): boolean {
   const known = EVENTS[event.kind];
   if (known === undefined || toneOf(event) !== "") return true;

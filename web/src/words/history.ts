@@ -4,7 +4,7 @@ export const HISTORY = words({
   jobs: ["Jobs", "Trabajos"],
   recordings: ["Recordings", "Grabaciones"],
   parts: ["Parts of the history", "Partes del historial"],
-  events: ["Events of now", "Eventos de ahora"],
+  events: ["Latest events", "Últimos eventos"],
   noEvents: ["Nothing has happened since the service was started.", "No ha pasado nada desde que arrancó el servicio."],
   allEvents: ["All events", "Todos los eventos"],
   search: ["Search", "Buscar"],

@@ -15,7 +15,7 @@ function initial(): Language {
 
 export const language = ref<Language>(initial());
 
-/** Tells the browser the language of the page. */
+/** Declares the language of the document, for screen readers and hyphenation. */
 export function applyLanguage(): void {
   document.documentElement.lang = language.value;
 }

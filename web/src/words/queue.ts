@@ -122,7 +122,7 @@ export const QUEUE = words({
   add: ["Add to the queue", "Añadir a la cola"],
   propose: ["Propose the job", "Proponer el trabajo"],
   proposeHint: ["An operator must approve your job before it begins.", "Un operador debe aprobar su trabajo antes de que empiece."],
-  mistakeFirst: ["Mend the mistake in the text first.", "Corrija primero el error del texto."],
+  mistakeFirst: ["Correct the mistake in the text first.", "Corrija primero el error del texto."],
   emptyJob: ["The job has no steps yet.", "El trabajo aún no tiene pasos."],
   submitHeld: ["Hold it until somebody releases it", "Retenerlo hasta que alguien lo libere"],
   submitStepwise: ["Pause after each step", "Pausar tras cada paso"],
@@ -135,7 +135,7 @@ export const QUEUE_MODES: Record<QueueMode, Words> = {
   paused: ["Paused", "En pausa"],
 };
 
-/** Why a queue is paused (docs/explanation/the-queue.md, "What pauses it"); `asked` is said with the user's name. */
+/** Why a queue is paused (docs/explanation/the-queue.md, "What pauses it"); `asked` is not here, because its sentence has the user's name. */
 export const REASONS: Record<string, Words> = {
   step: ["Paused after one step.", "En pausa tras un paso."],
   stop: ["Paused because somebody stopped the robot.", "En pausa porque alguien paró el robot."],

@@ -1,12 +1,12 @@
 import { words } from "./index.ts";
 
-/** Texts of the dialogue after an interruption, and of the line that says that a job waits for it. */
+/** Texts of the dialogue after an interruption, and of the notice while a job waits for it. */
 export const RECOVERY = words({
   interruptedTitle: ["A job was interrupted", "Un trabajo se interrumpió"],
   interruptedAt: ["Job {job} ({name}) was interrupted at step {index}: {step}.", "El trabajo {job} ({name}) se interrumpió en el paso {index}: {step}."],
   interruptedBetween: ["Job {job} ({name}) was interrupted between two steps.", "El trabajo {job} ({name}) se interrumpió entre dos pasos."],
   lastPhase: ["Its last known phase: {phase}.", "Su última fase conocida: {phase}."],
-  foundAt: ["Found on {date}.", "Detectado el {date}."],
+  foundAt: ["Detected on {date}.", "Detectado el {date}."],
   nothingMoves: ["Nothing moves before you decide. Look at the robot and its gripper first.", "Nada se mueve antes de que usted decida. Mire primero el robot y su pinza."],
   homeFirst: ["The position of the robot is not known. Home it first: it drives slowly to its switches.", "No se conoce la posición del robot. Referéncielo primero: irá despacio hasta sus interruptores."],
   homeNow: ["Home the robot", "Referenciar el robot"],
@@ -20,7 +20,7 @@ export const RECOVERY = words({
   resumeChoice: ["Continue the job", "Continuar el trabajo"],
   redoChoice: ["Do the interrupted step again", "Repetir el paso interrumpido"],
   skipChoice: ["Leave out the interrupted step", "Omitir el paso interrumpido"],
-  abortChoice: ["Give the job up", "Abandonar el trabajo"],
+  abortChoice: ["Cancel the job", "Cancelar el trabajo"],
   resumeNext: ["The robot goes on with the next step.", "El robot sigue con el paso siguiente."],
   resumeTaken: ["With the part in the gripper, this pick counts as done. With an empty gripper, the robot picks again.", "Con la pieza en la pinza, esta recogida cuenta como hecha. Con la pinza vacía, el robot recoge otra vez."],
   resumePut: ["With an empty gripper, this place counts as done. With the part still in the gripper, the robot places it again.", "Con la pinza vacía, esta colocación cuenta como hecha. Con la pieza aún en la pinza, el robot la coloca otra vez."],

@@ -26,10 +26,10 @@ function word(text: string, table: Record<string, string> | undefined, toSpanish
 }
 
 /**
- * Returns a sentence of the service in `language`, in whichever of the two languages it is; any other text unchanged.
+ * Returns a sentence of the service, which is English or Spanish, in `language`; any other text unchanged.
  *
- * What the service shares between all readers is English (a fault, the message of a job); a refusal is in the language
- * that the browser asked for.
+ * Messages that all readers share are English, such as a fault or the message of a job. A refusal is in the language that
+ * the browser asked for.
  */
 export function inLanguage(sentence: Sentence, text: string, language: "en" | "es"): string {
   const toSpanish = language === "es";
@@ -42,7 +42,7 @@ export function inLanguage(sentence: Sentence, text: string, language: "en" | "e
   });
 }
 
-/** Returns the placeholder of a sentence with its value, as `{name}`, `{name:.0%}` or `{name:>4}` ask for. */
+/** Returns a sentence with its values in place of `{name}`; `{name:.0%}` is a share in percent, other forms are left out. */
 export function filledIn(template: string, values: Record<string, unknown>): string {
   return template.replace(/\{(\w+)(?::([^}]*))?\}/g, (whole, name: string, form: string | undefined) => {
     const value = values[name];

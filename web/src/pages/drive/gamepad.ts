@@ -1,4 +1,4 @@
-import type { Vector } from "../../parts/grip.ts";
+import type { Vector } from "../../parts/hold.ts";
 import { vectorOf } from "./stick.ts";
 
 /** What the dashboard reads of a gamepad (the standard layout of browsers). */
@@ -37,7 +37,7 @@ export class PadReader {
   private stopDown = false;
   private spent = false;
 
-  /** Returns what the gamepad says at `now` [ms]; null without one. */
+  /** Returns the reading of the gamepad at `now` [ms]; null without one. */
   read(pad: Pad | null, now: number): PadReading | null {
     if (pad === null || !pad.connected) {
       this.timestamp = Number.NaN;
@@ -46,7 +46,7 @@ export class PadReader {
       this.spent = false;
       return null;
     }
-    // The first report says nothing: it may be the last one of a gamepad that is gone.
+    // The first report does not count: it may be the last one of a gamepad that is gone.
     const first = Number.isNaN(this.timestamp);
     if (!first && pad.timestamp !== this.timestamp) this.movedAt = now;
     this.timestamp = pad.timestamp;

@@ -1,4 +1,4 @@
-import type { Vector } from "../../parts/grip.ts";
+import type { Vector } from "../../parts/hold.ts";
 import { limited } from "./stick.ts";
 
 /** The keys that drive, with their directions. */

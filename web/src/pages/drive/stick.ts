@@ -1,4 +1,4 @@
-import type { Vector } from "../../parts/grip.ts";
+import type { Vector } from "../../parts/hold.ts";
 
 /** A stick within this share of its way is at rest: no stick returns exactly to its middle. */
 export const DEAD = 0.15;

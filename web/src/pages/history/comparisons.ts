@@ -6,7 +6,7 @@ import { comparisonOf, type Comparison } from "./durations.ts";
 
 /** Comparisons of ended jobs by number: they never change. null: nothing can be compared. */
 const known = shallowReactive(new Map<number, Comparison | null>());
-const wanted: number[] = [];
+const requested: number[] = [];
 const MOST = 1000;
 let working = false;
 
@@ -14,7 +14,7 @@ const ENDED = new Set(["done", "failed", "cancelled", "interrupted"]);
 
 watch(restarts, () => known.clear()); // a queue in memory numbers its jobs from 1 again
 
-/** Whether a job has steps that were both predicted and carried out, as far as its line tells. */
+/** Whether a job may have steps that were both predicted and carried out, by its line in the list. */
 function comparable(line: JobLine): boolean {
   return ENDED.has(line.state) && line.done > 0 && (line.predicted ?? 0) > 0;
 }
@@ -25,17 +25,17 @@ export function comparison(line: JobLine): Comparison | null | undefined {
 }
 
 /** Reads the report of a job that has come into view, once; one report at a time. */
-export function want(line: JobLine): void {
-  if (!comparable(line) || known.has(line.id) || wanted.includes(line.id)) return;
-  wanted.push(line.id);
+export function request(line: JobLine): void {
+  if (!comparable(line) || known.has(line.id) || requested.includes(line.id)) return;
+  requested.push(line.id);
   if (!working) void work();
 }
 
 async function work(): Promise<void> {
   working = true;
-  for (let id = wanted[0]; id !== undefined; id = wanted[0]) {
+  for (let id = requested[0]; id !== undefined; id = requested[0]) {
     const report = await ask("GET /v1/jobs/{job}", { path: { job: id } }).catch(() => null);
-    wanted.shift();
+    requested.shift();
     if (report === null) continue;
     if (known.size >= MOST) known.clear();
     known.set(id, comparisonOf(report));

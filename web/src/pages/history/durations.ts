@@ -6,7 +6,7 @@ export interface Comparison {
   actual: number;
 }
 
-/** Below this predicted duration [s] a difference in percent says nothing. */
+/** Below this predicted duration [s] a difference in percent means nothing. */
 const LEAST = 0.5;
 
 /**

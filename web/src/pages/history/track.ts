@@ -15,8 +15,8 @@ export interface RecordedState {
   moving: boolean;
 }
 
-/** A stretch of time in one mode [s]. */
-export interface Stretch {
+/** A span of time in one mode [s]. */
+export interface ModeSpan {
   mode: Mode;
   from: number;
   to: number;
@@ -51,7 +51,7 @@ export class Track {
     return Math.max(0, lastUpTo(this.times, time, (one) => one));
   }
 
-  /** Returns the state at `time`; it moves never by itself, so a picture of it does not run ahead. */
+  /** Returns the state at `time`; it never moves by itself, so a picture of it does not run ahead. */
   at(time: number): RecordedState | null {
     if (this.times.length === 0) return null;
     const i = this.indexAt(time);
@@ -78,9 +78,9 @@ export class Track {
     return found.reverse();
   }
 
-  /** Returns the stretches of time in one mode, in order. */
-  stretches(): Stretch[] {
-    const found: Stretch[] = [];
+  /** Returns the spans of time in one mode, in order. */
+  spans(): ModeSpan[] {
+    const found: ModeSpan[] = [];
     this.column("mode").forEach((mode, i) => {
       const time = this.times[i] ?? 0;
       const last = found.at(-1);

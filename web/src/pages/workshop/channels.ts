@@ -81,8 +81,8 @@ let started = false;
 /** The service answers with so many seconds of its clock at most. */
 const LONGEST = 300;
 
-/** Waits until the service has told its speed. */
-function known(): Promise<void> {
+/** Waits for the greeting of the service, which has the speed of its clock. */
+function greeted(): Promise<void> {
   return new Promise((resolve) => {
     watch(hello, (next) => next !== null && resolve(), { immediate: true });
   });
@@ -105,7 +105,7 @@ export async function startScope(): Promise<void> {
   started = true;
   latest = live.value ? state.value : null; // a robot at rest sends its next state only after seconds
   onState((next) => (latest = next));
-  await known();
+  await greeted();
   await readPast();
   setInterval(() => {
     const found = latest === null ? null : signals.value;

@@ -25,12 +25,13 @@ export function enter(values: Readonly<Record<string, unknown>>): void {
   draft.value = { ...draft.value, ...Object.fromEntries(Object.entries(values).map(([name, value]) => [name, textOf(value)])) };
 }
 
-const CALM = 300;
+/** The draft is checked when nobody has typed for this time [ms]. */
+const QUIET = 300;
 const NONE: ConfigCheck = { mistakes: [], from_now: [], from_default: [] };
 
 /**
  * The settings of the robot and the changes of this page. The service checks each draft a moment after the last change,
- * and says its mistakes and its differences.
+ * and reports its mistakes and its differences.
  */
 export function useSettings() {
   const reading = useAction();
@@ -40,7 +41,7 @@ export function useSettings() {
   const file = shallowRef<ConfigCheck>(NONE);
   const check = shallowRef<ConfigCheck>(NONE);
   const saved = shallowRef(false);
-  let calm: ReturnType<typeof setTimeout> | undefined;
+  let timer: ReturnType<typeof setTimeout> | undefined;
   let asked = 0;
 
   const rows = computed<Row[]>(() =>
@@ -72,11 +73,11 @@ export function useSettings() {
     schema.value = found[0];
     now.value = flat(found[1]);
     file.value = found[2];
-    await look();
+    await checkDraft();
   }
 
-  /** Has the draft checked; an answer to an older draft is ignored. */
-  async function look(): Promise<void> {
+  /** Lets the service check the draft; an answer to an older draft is ignored. */
+  async function checkDraft(): Promise<void> {
     const number = ++asked;
     const found = changed.value.length === 0 ? file.value : await ask("POST /v1/config/check", { body: request.value }).catch(() => null);
     if (found !== null && number === asked) check.value = found;
@@ -89,8 +90,8 @@ export function useSettings() {
     const { [name]: _, ...others } = draft.value;
     draft.value = read.mistake === "" && same(read.value, row.next) ? others : { ...others, [name]: text };
     saved.value = false;
-    clearTimeout(calm);
-    calm = setTimeout(() => void look(), CALM);
+    clearTimeout(timer);
+    timer = setTimeout(() => void checkDraft(), QUIET);
   }
 
   function discard(): void {
@@ -107,6 +108,6 @@ export function useSettings() {
   }
 
   whenLive(read, [language]);
-  onUnmounted(() => clearTimeout(calm));
+  onUnmounted(() => clearTimeout(timer));
   return { schema, rows, changed, wrong, check, saved, reading, saving, edit, discard, save };
 }

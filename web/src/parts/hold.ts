@@ -8,15 +8,15 @@ export type Vector = [x: number, y: number, z: number];
 /** Where a held jog goes: along an axis at a share of the full speed, or along a vector. */
 export type Heading = { axis: Axis; direction: 1 | -1; speed: number } | { vector: Vector };
 
-/** The way to the service, and what a grip tells its owner. */
-export interface Wire {
+/** How a hold reaches the service, and functions that it calls. */
+export interface HoldLink {
   ready(): boolean;
   hold(heading: Heading, press: string): Promise<HeldJog>;
   release(press: string): Promise<unknown>;
   answered(answer: HeldJog): void;
   failed(error: unknown): void;
-  /** The grip has ended, for whatever reason. */
-  ended(grip: Grip): void;
+  /** The hold has ended, for whatever reason. */
+  ended(hold: Hold): void;
 }
 
 /** A held jog is repeated at this period; the service ends one that is silent for 0.5 s [ms]. */
@@ -26,13 +26,13 @@ export const PERIOD = 150;
 const SAME = 0.02;
 
 /**
- * The grip of a person on the robot: from the touch of a key, of a stick or of an enabling button to its end.
+ * Hold-to-run: from the press of a key, of a stick or of an enabling button to its release.
  *
  * While it has a heading, the robot jogs. Requests go in their order, never two at once, with the id of their press, so
- * a late repeat starts nothing after the release. A grip that was ended, by its person or from outside, is over for
- * good: the person must let go and take hold again.
+ * a late repeat starts nothing after the release. A hold that has ended, by its person or for another reason, does not
+ * begin again: the person must release and press again.
  */
-export class Grip {
+export class Hold {
   private press = "";
   private heading: Heading | null = null;
   private sent: Heading | null = null;
@@ -41,7 +41,7 @@ export class Grip {
   private timer: ReturnType<typeof setInterval> | undefined;
 
   constructor(
-    private readonly wire: Wire,
+    private readonly link: HoldLink,
     private readonly newId: () => string,
   ) {}
 
@@ -49,7 +49,7 @@ export class Grip {
     return this.finished;
   }
 
-  /** Jogs where `heading` says from now on; null lets the robot come to rest, and the grip goes on. */
+  /** Jogs where `heading` says from now on; null lets the robot come to rest, and the hold goes on. */
   steer(heading: Heading | null): void {
     if (this.finished) return;
     this.heading = heading;
@@ -65,12 +65,12 @@ export class Grip {
     if (this.sent === null || !alike(this.sent, heading)) void this.repeat();
   }
 
-  /** Ends the grip, and the jog with it. */
+  /** Ends the hold, and the jog with it. */
   end(): void {
     if (this.finished) return;
     this.finished = true;
     this.letGo();
-    this.wire.ended(this);
+    this.link.ended(this);
   }
 
   private letGo(): void {
@@ -78,24 +78,24 @@ export class Grip {
     const { press } = this;
     this.press = "";
     this.sent = null;
-    if (press !== "" && this.wire.ready()) void this.wire.release(press).catch(() => undefined);
+    if (press !== "" && this.link.ready()) void this.link.release(press).catch(() => undefined);
   }
 
   private async repeat(): Promise<void> {
     const { press, heading } = this;
     if (!this.answeredAll || press === "" || heading === null) return; // never more than one request on its way
-    if (!this.wire.ready()) {
+    if (!this.link.ready()) {
       this.end();
       return;
     }
     this.answeredAll = false;
     this.sent = heading;
     try {
-      const answer = await this.wire.hold(heading, press);
-      if (press === this.press) this.wire.answered(answer);
+      const answer = await this.link.hold(heading, press);
+      if (press === this.press) this.link.answered(answer);
     } catch (error) {
       if (press === this.press) {
-        this.wire.failed(error);
+        this.link.failed(error);
         this.end();
       }
     } finally {
