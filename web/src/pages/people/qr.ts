@@ -93,40 +93,77 @@ const MASKS: readonly ((x: number, y: number) => boolean)[] = [
   (x, y) => (((x + y) % 2) + ((x * y) % 3)) % 2 === 0,
 ];
 
+/** A code under way: its modules, and which of them belong to patterns and carry no data. */
+interface Canvas {
+  code: Grid;
+  fixed: Grid;
+}
+
 function drawn(version: number, bits: readonly boolean[], mask: (x: number, y: number) => boolean, maskNumber: number): Grid {
   const size = 17 + 4 * version;
-  const code: Grid = Array.from({ length: size }, () => Array<boolean>(size).fill(false));
-  const fixed: Grid = code.map((row) => [...row]);
-  const set = (x: number, y: number, dark: boolean) => {
-    const [row, known] = [code[y], fixed[y]];
-    if (row === undefined || known === undefined || x < 0 || x >= size) return;
-    row[x] = dark;
-    known[x] = true;
-  };
-  const square = (x: number, y: number, reach: number, dark: (ring: number) => boolean) => {
-    for (let dy = -reach; dy <= reach; dy++) {
-      for (let dx = -reach; dx <= reach; dx++) set(x + dx, y + dy, dark(Math.max(Math.abs(dx), Math.abs(dy))));
-    }
-  };
-  for (let i = 0; i < size; i++) [set(6, i, i % 2 === 0), set(i, 6, i % 2 === 0)];
-  for (const [x, y] of [[3, 3], [size - 4, 3], [3, size - 4]] as const) square(x, y, 4, (ring) => ring !== 2 && ring !== 4);
+  const blank = () => Array.from({ length: size }, () => Array<boolean>(size).fill(false));
+  const canvas: Canvas = { code: blank(), fixed: blank() };
+  drawPatterns(canvas, version);
+  drawFormat(canvas, maskNumber);
+  if (version >= 7) drawVersion(canvas, version);
+  drawData(canvas, bits, mask);
+  return canvas.code;
+}
+
+/** Sets a module of a pattern; one outside of the code is left out. */
+function set({ code, fixed }: Canvas, x: number, y: number, dark: boolean): void {
+  const [row, known] = [code[y], fixed[y]];
+  if (row === undefined || known === undefined || x < 0 || x >= code.length) return;
+  row[x] = dark;
+  known[x] = true;
+}
+
+/** Draws square rings around a module; `dark` gets the distance of a ring from it. */
+function square(canvas: Canvas, x: number, y: number, reach: number, dark: (ring: number) => boolean): void {
+  for (let dy = -reach; dy <= reach; dy++) {
+    for (let dx = -reach; dx <= reach; dx++) set(canvas, x + dx, y + dy, dark(Math.max(Math.abs(dx), Math.abs(dy))));
+  }
+}
+
+/** The timing lines, the three finder patterns, and the alignment patterns where no finder pattern is. */
+function drawPatterns(canvas: Canvas, version: number): void {
+  const size = canvas.code.length;
+  for (let i = 0; i < size; i++) [set(canvas, 6, i, i % 2 === 0), set(canvas, i, 6, i % 2 === 0)];
+  for (const [x, y] of [[3, 3], [size - 4, 3], [3, size - 4]] as const) square(canvas, x, y, 4, (ring) => ring !== 2 && ring !== 4);
   const span = ALIGNMENT[version - 1] as number;
   const places = span === 0 ? [] : version < 7 ? [6, 6 + span] : [6, 6 + span / 2, 6 + span];
   for (const x of places) {
-    for (const y of places) if (!fixed[y]?.[x] || (x === 6) !== (y === 6) && x < size - 8 && y < size - 8) square(x, y, 2, (ring) => ring !== 1);
+    for (const y of places) {
+      const inTimingLine = (x === 6) !== (y === 6) && x < size - 8 && y < size - 8;
+      if (!canvas.fixed[y]?.[x] || inTimingLine) square(canvas, x, y, 2, (ring) => ring !== 1);
+    }
   }
+}
+
+/** The level of error correction (M is 00) and the mask, twice. */
+function drawFormat(canvas: Canvas, maskNumber: number): void {
+  const size = canvas.code.length;
   const format = withCheck(maskNumber, 10, 0x537) ^ 0x5412;
   for (let i = 0; i < 15; i++) {
     const dark = ((format >> i) & 1) === 1;
-    set(8, i < 6 ? i : i < 8 ? i + 1 : size - 15 + i, dark);
-    set(i < 8 ? size - 1 - i : i === 8 ? 7 : 14 - i, 8, dark);
+    set(canvas, 8, i < 6 ? i : i < 8 ? i + 1 : size - 15 + i, dark);
+    set(canvas, i < 8 ? size - 1 - i : i === 8 ? 7 : 14 - i, 8, dark);
   }
-  set(8, size - 8, true);
+  set(canvas, 8, size - 8, true);
+}
+
+/** The version, twice; codes have it from version 7 on. */
+function drawVersion(canvas: Canvas, version: number): void {
   const label = withCheck(version, 12, 0x1f25);
-  for (let i = 0; version >= 7 && i < 18; i++) {
-    const [far, near, dark] = [size - 11 + (i % 3), Math.floor(i / 3), ((label >> i) & 1) === 1];
-    [set(far, near, dark), set(near, far, dark)];
+  for (let i = 0; i < 18; i++) {
+    const [far, near, dark] = [canvas.code.length - 11 + (i % 3), Math.floor(i / 3), ((label >> i) & 1) === 1];
+    [set(canvas, far, near, dark), set(canvas, near, far, dark)];
   }
+}
+
+/** The data in columns of two modules from the right, upward and downward in turn. */
+function drawData({ code, fixed }: Canvas, bits: readonly boolean[], mask: (x: number, y: number) => boolean): void {
+  const size = code.length;
   let next = 0;
   for (let right = size - 1; right > 0; right -= right === 8 ? 3 : 2) {
     const upward = ((right + 1) & 2) === 0;
@@ -135,7 +172,6 @@ function drawn(version: number, bits: readonly boolean[], mask: (x: number, y: n
       for (const x of [right, right - 1]) if (!fixed[y]?.[x]) (code[y] as boolean[])[x] = (bits[next++] ?? false) !== mask(x, y);
     }
   }
-  return code;
 }
 
 /** A number followed by the remainder of its division, `length` bits. */
