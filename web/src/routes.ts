@@ -1,9 +1,9 @@
 import { computed, ref, type Component } from "vue";
-import { lazy } from "./look/lazy.ts";
 import type { IconName } from "./look/icon-names.ts";
+import { lazy } from "./look/lazy.ts";
+import Live from "./pages/live/Live.vue";
 import { COMMON } from "./words/common.ts";
 import type { Words } from "./words/index.ts";
-import Live from "./pages/live/Live.vue";
 
 export interface Page {
   path: string;

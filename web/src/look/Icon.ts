@@ -1,5 +1,5 @@
-import { h, type FunctionalComponent } from "vue";
 import shapes from "virtual:icons";
+import { h, type FunctionalComponent } from "vue";
 import type { IconName } from "./icon-names.ts";
 
 /** An icon of lucide, drawn by render functions: no HTML is parsed at run time. */

@@ -5,8 +5,8 @@ import type { HeldJog, Jogged } from "../generated/api.ts";
 import { failureOf, type Failure } from "../state/act.ts";
 import { whyNot } from "../state/can.ts";
 import { queue, state, stream } from "../state/robot.ts";
-import { LIVE } from "../words/live.ts";
 import { t } from "../words/index.ts";
+import { LIVE } from "../words/live.ts";
 import { Hold, type Axis, type Heading, type HoldLink } from "./hold.ts";
 
 export type { Axis, Heading };

@@ -2,8 +2,8 @@ import type uPlot from "uplot";
 import { computed } from "vue";
 import { token } from "../look/theme.ts";
 import { angleFactor, angleUnit, fixed, lengthFactor, lengthUnit } from "../look/units.ts";
-import { LIVE } from "../words/live.ts";
 import type { Words } from "../words/index.ts";
+import { LIVE } from "../words/live.ts";
 import type { NAMES } from "./rings.ts";
 
 /** A plot of some signals: of now, or of a recording. `factor` turns the values of a column into the page's unit. */

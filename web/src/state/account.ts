@@ -3,9 +3,9 @@ import { filled, overHttp } from "../api/ask.ts";
 import { dropLease } from "../api/lease.ts";
 import { keepToken } from "../api/session.ts";
 import type { Me, NewToken, Removed, TokenLine } from "../generated/api.ts";
-import { CODE_START, codeIn, PHONE, stamp } from "./phone.ts";
 import { failureOf, type Failure } from "./act.ts";
 import { me } from "./can.ts";
+import { CODE_START, codeIn, PHONE, stamp } from "./phone.ts";
 import { connection, stream } from "./robot.ts";
 
 /** Whether a person asked for the form to sign in; it also shows when the service asks for a token. */

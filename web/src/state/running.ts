@@ -1,7 +1,7 @@
 import { computed, ref, watch } from "vue";
 import type { JobLine } from "../generated/api.ts";
-import { LIVE } from "../words/live.ts";
 import { clock, t } from "../words/index.ts";
+import { LIVE } from "../words/live.ts";
 import { readings } from "./readings.ts";
 import { clockSpeed, queue } from "./robot.ts";
 

@@ -1,10 +1,10 @@
 import { computed, ref, shallowRef, watch } from "vue";
 import { ask } from "../../api/ask.ts";
 import type { Job, JobMistake, JobPreview } from "../../generated/api.ts";
+import { EMPTY, firstGap, stepOfKey, tidy, type JobData } from "../../parts/job.ts";
 import { failureOf, type Failure } from "../../state/act.ts";
 import { whenLive } from "../../state/load.ts";
 import { connection } from "../../state/robot.ts";
-import { EMPTY, firstGap, stepOfKey, tidy, type JobData } from "../../parts/job.ts";
 
 /**
  * The job that a person writes, as text and as data. The service translates: a change of the text is parsed, a change of

@@ -1,10 +1,10 @@
 import { ref, watch } from "vue";
-import type { Signals, State } from "../../generated/api.ts";
 import { ask } from "../../api/ask.ts";
+import type { Signals, State } from "../../generated/api.ts";
 import { PERIOD, Rings } from "../../plots/rings.ts";
 import { clockSpeed, hello, live, onState, signals, state } from "../../state/robot.ts";
-import { LIVE } from "../../words/live.ts";
 import type { Words } from "../../words/index.ts";
+import { LIVE } from "../../words/live.ts";
 import { SCOPE, SIGNALS } from "../../words/workshop.ts";
 import type { Quantity } from "./quantities.ts";
 import { pastOf } from "./traces.ts";

@@ -1,6 +1,6 @@
-import { lazy } from "../../look/lazy.ts";
 import { type Component } from "vue";
 import type { IconName } from "../../look/icon-names.ts";
+import { lazy } from "../../look/lazy.ts";
 import type { Words } from "../../words/index.ts";
 import { WORKSHOP } from "../../words/workshop.ts";
 
