@@ -5,6 +5,7 @@ import vue from "@vitejs/plugin-vue";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 import { ICONS } from "./src/look/icon-names.ts";
+import { threeParts } from "./three-parts.ts";
 
 type Shape = [tag: string, attributes: Record<string, string>];
 
@@ -54,11 +55,18 @@ function files(): Plugin {
 
 export default defineConfig({
   base: "./",
-  plugins: [vue(), icons(), files()],
+  plugins: [vue(), icons(), threeParts(), files()],
+  define: {
+    // parts of Vue that this page does not use
+    __VUE_OPTIONS_API__: "false",
+    __VUE_PROD_DEVTOOLS__: "false",
+    __VUE_PROD_HYDRATION_MISMATCH_DETAILS__: "false",
+  },
   build: {
     outDir: "../src/maya_un/dashboard/site",
     emptyOutDir: true,
     assetsInlineLimit: 0, // the content security policy allows no data: scripts, styles or fonts
+    cssCodeSplit: false, // one file of 11 kB; in one for each part the styles have 17 kB, compressed
     modulePreload: { polyfill: false }, // it would be an inline script
     target: "es2022",
     chunkSizeWarningLimit: 800, // three.js, which is loaded after the first paint

@@ -25,8 +25,8 @@ SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 LANGUAGES = ("en", "es")
 THEMES = ("dark", "light")
 
-DRIVER = ("GL Driver Message", "GPU stall", "WebGL")
-"""Warnings of the graphics driver say these; they are no mistakes of the page."""
+DRIVER = ("GL Driver Message", "GPU stall", "[.WebGL")
+"""Warnings of the graphics driver say these; they are no mistakes of the page. A shader with a mistake is one."""
 
 OWN = ("blob:", "data:")
 """Addresses that lead nowhere."""

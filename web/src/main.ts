@@ -1,9 +1,9 @@
 import { createApp } from "vue";
+import "./look/tokens.css";
+import "./look/base.css"; // before the styles of the components, which change it
 import App from "./App.vue";
 import { keepFiles } from "./app/install.ts";
 import { listenForStop } from "./app/stop-keys.ts";
-import "./look/tokens.css";
-import "./look/base.css";
 import { applyTheme } from "./look/theme.ts";
 import { redeem, takeCode } from "./state/account.ts";
 import { start } from "./state/robot.ts";
