@@ -8,7 +8,6 @@ draws in software here. A page without content, from the same server, is the bas
 from __future__ import annotations
 
 import asyncio
-import gzip
 import json
 import os
 import re
@@ -27,7 +26,7 @@ from playwright.sync_api import Browser, sync_playwright
 from service import MAYA, Service, service
 from stream_client import Client
 
-from maya_un.dashboard.pages import SITE
+from maya_un.dashboard.pages import BROTLI, SITE
 
 VIEWERS = 30
 RATE = 10
@@ -47,9 +46,9 @@ SUBSCRIPTION = {
 
 
 def packed(path: Path) -> int:
-    """Return the bytes of a file as they travel."""
-    content = path.read_bytes()
-    return len(content) if path.suffix in {".png", ".woff2"} else len(gzip.compress(content, 9))
+    """Return the bytes of a file as they travel to a browser on this computer or over https."""
+    brotli = path.with_name(path.name + BROTLI)
+    return (brotli if brotli.exists() else path).stat().st_size
 
 
 def first_bytes() -> float:
@@ -150,7 +149,7 @@ def files_in_memory() -> float:
     with service() as fresh:
         before = resident(fresh.pid)
         for path in SITE.rglob("*.*"):
-            if path.name == "index.html":
+            if path.name == "index.html" or path.suffix == BROTLI:
                 continue
             with urllib.request.urlopen(f"{fresh.url}/{path.relative_to(SITE)}", timeout=30.0) as answer:
                 answer.read()

@@ -1,6 +1,8 @@
 import { createHash } from "node:crypto";
-import { readdirSync, readFileSync } from "node:fs";
+import { readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
+import { join } from "node:path";
+import { brotliCompressSync } from "node:zlib";
 import vue from "@vitejs/plugin-vue";
 import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
@@ -53,9 +55,29 @@ function files(): Plugin {
   };
 }
 
+/** Kinds of files that are not compressed already. */
+const COMPRESSIBLE = /\.(css|html|js|svg|webmanifest)$/;
+
+/** Writes a brotli file beside each file of the site: the service has no brotli of its own (dashboard/pages.py). */
+function brotli(): Plugin {
+  return {
+    name: "brotli",
+    apply: "build",
+    writeBundle: {
+      order: "post",
+      handler({ dir = "" }) {
+        for (const file of readdirSync(dir, { withFileTypes: true, recursive: true })) {
+          const path = join(file.parentPath, file.name);
+          if (file.isFile() && COMPRESSIBLE.test(path)) writeFileSync(`${path}.br`, brotliCompressSync(readFileSync(path)));
+        }
+      },
+    },
+  };
+}
+
 export default defineConfig({
   base: "./",
-  plugins: [vue(), icons(), threeParts(), files()],
+  plugins: [vue(), icons(), threeParts(), files(), brotli()],
   define: {
     // parts of Vue that this page does not use
     __VUE_OPTIONS_API__: "false",

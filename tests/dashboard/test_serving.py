@@ -7,11 +7,13 @@ import re
 
 import pytest
 
-from maya_un.dashboard.pages import ASSETS, PAGES, SITE, page_headers
+from maya_un.dashboard.pages import ASSETS, BROTLI, PAGES, SITE, page_headers
 from tests.conventions.source import ROOT
 from tests.dashboard.services import Service
 
-ASSET_NAMES = sorted(f"/{file.relative_to(SITE).as_posix()}" for file in (SITE / ASSETS).iterdir())
+ASSET_NAMES = sorted(
+    f"/{file.relative_to(SITE).as_posix()}" for file in (SITE / ASSETS).iterdir() if file.suffix != BROTLI
+)
 
 
 def policy_of(headers: dict[str, str]) -> dict[str, set[str]]:
@@ -53,11 +55,47 @@ def test_a_file_that_the_browser_has_is_not_sent_again(robot_service: Service, p
     assert robot_service.request("GET", path, If_None_Match='"other"').status == 200
 
 
-def test_files_are_compressed_for_who_takes_them_so(robot_service: Service) -> None:
-    plain, packed = (robot_service.request("GET", "/", Accept_Encoding=coding) for coding in ("identity", "gzip"))
-    assert "content-encoding" not in plain.headers
-    assert (packed.headers["content-encoding"], packed.headers["vary"]) == ("gzip", "Accept-Encoding")
-    assert gzip.decompress(packed.body) == plain.body
+@pytest.mark.parametrize(
+    ("accepted", "coding"),
+    [
+        ("", None),
+        ("identity", None),
+        ("gzip, deflate", "gzip"),
+        ("gzip, deflate, br, zstd", "br"),
+        ("br;q=0, gzip;q=0.5", "gzip"),
+        ("BR; q=1.0", "br"),
+        ("brotli, gzip;q=0.0", None),
+    ],
+)
+def test_a_file_has_the_smallest_coding_that_the_client_accepts(
+    robot_service: Service, accepted: str, coding: str | None
+) -> None:
+    answer = robot_service.request("GET", "/maya.svg", Accept_Encoding=accepted)
+    assert (answer.headers.get("content-encoding"), answer.headers["vary"]) == (coding, "Accept-Encoding")
+    content = (SITE / "maya.svg").read_bytes()
+    if coding == "br":
+        assert answer.body == (SITE / f"maya.svg{BROTLI}").read_bytes()
+    else:
+        assert (gzip.decompress(answer.body) if coding else answer.body) == content
+
+
+def test_codings_of_a_file_have_tags_of_their_own(robot_service: Service) -> None:
+    tags = [
+        robot_service.request("GET", "/maya.svg", Accept_Encoding=coding).headers["etag"]
+        for coding in ("identity", "gzip", "br")
+    ]
+    assert len(set(tags)) == len(tags)
+
+
+def test_every_file_but_pictures_and_fonts_has_a_brotli_file(robot_service: Service) -> None:
+    for name in ASSET_NAMES:
+        if not name.endswith(".woff2"):
+            answer = robot_service.request("GET", name, Accept_Encoding="br")
+            assert answer.headers["content-encoding"] == "br", name
+
+
+def test_a_compressed_file_has_no_address_of_its_own(robot_service: Service) -> None:
+    assert robot_service.request("GET", f"/maya.svg{BROTLI}").status == 404
 
 
 @pytest.mark.parametrize("path", ["/", "/maya.svg", ASSET_NAMES[0]])

@@ -1,7 +1,8 @@
 """The routes of the dashboard: its pages, and the files that they load.
 
-The files are compressed when they are first requested, and kept in memory. All names are known at the start, so an
-unknown path stays a problem of the HTTP interface.
+Each file is read when it is first requested, and kept in memory: as it is, as the brotli file beside it, and by gzip
+for browsers that take no brotli, such as those without TLS on another computer. All names are known at the start, so
+an unknown path stays a problem of the HTTP interface.
 """
 
 from __future__ import annotations
@@ -38,8 +39,8 @@ _TYPES = {
     ".webmanifest": "application/manifest+json",
     ".woff2": "font/woff2",
 }
-_COMPRESSED = frozenset({".png", ".woff2"})
-"""Kinds of files that are compressed already."""
+BROTLI = ".br"
+"""Ending of the compressed file beside a file."""
 
 _OPENER = "Cross-Origin-Opener-Policy"
 """A header that browsers only accept from trustworthy origins; from others they report it as an error."""
@@ -48,10 +49,9 @@ _FOREVER = "public, max-age=31536000, immutable"
 
 
 class PageFile(NamedTuple):
-    """A file of the dashboard: its content, compressed or not, its type, and its tag."""
+    """A file of the dashboard: its content by coding ("" as it is), the smallest last; its type, and its tag."""
 
-    content: bytes
-    compressed: bytes | None
+    codings: dict[str, bytes]
     media: str
     tag: str
 
@@ -59,9 +59,11 @@ class PageFile(NamedTuple):
 def page_file(path: Path) -> PageFile:
     """Return a file, compressed once; this takes some 10 ms for a large one."""
     content = path.read_bytes()
-    compressed = None if path.suffix in _COMPRESSED else gzip.compress(content, 9, mtime=0)
-    tag = f'"{hashlib.sha256(content).hexdigest()[:16]}"'
-    return PageFile(content, compressed, _TYPES[path.suffix], tag)
+    codings = {"": content}
+    brotli = path.with_name(path.name + BROTLI)
+    if brotli.exists():
+        codings |= {"gzip": gzip.compress(content, 9, mtime=0), "br": brotli.read_bytes()}
+    return PageFile(codings, _TYPES[path.suffix], hashlib.sha256(content).hexdigest()[:16])
 
 
 def page_headers(camera: str = "") -> dict[str, str]:
@@ -101,7 +103,7 @@ def add_dashboard(app: FastAPI, camera: str = "") -> None:
         app.router.routes.append(Route(path, document.answer, methods=["GET"]))
     for file in sorted(SITE.rglob("*")):
         name = file.relative_to(SITE).as_posix()
-        if file.is_file() and name != "index.html":
+        if file.is_file() and name != "index.html" and file.suffix != BROTLI:
             kept = _FOREVER if name.startswith(f"{ASSETS}/") else "no-cache"
             app.router.routes.append(Route(f"/{name}", _Served(file, {"Cache-Control": kept}).answer, methods=["GET"]))
 
@@ -109,6 +111,16 @@ def add_dashboard(app: FastAPI, camera: str = "") -> None:
 def _trustworthy(request: Request) -> bool:
     """Return whether a browser trusts the origin of a request: by TLS, or because it is on this computer."""
     return request.url.scheme == "https" or request.url.hostname in LOOPBACK
+
+
+def _accepted(request: Request) -> set[str]:
+    """Return the codings that a client accepts (RFC 9110, 12.5.3); one with the weight 0 is refused."""
+    found = {""}
+    for part in request.headers.get("accept-encoding", "").split(","):
+        name, _, weight = part.replace(" ", "").lower().partition(";q=")
+        if weight.strip("0.") or not weight:
+            found.add(name)
+    return found
 
 
 class _Served:
@@ -124,13 +136,14 @@ class _Served:
         if self._file is None:
             self._file = await asyncio.to_thread(page_file, self._path)
         file = self._file
-        headers = {**self._headers, "ETag": file.tag, "Vary": "Accept-Encoding"}
+        accepted = _accepted(request)
+        coding = next(one for one in reversed(file.codings) if one in accepted)
+        tag = f'"{file.tag}{coding and "-"}{coding}"'
+        headers = {**self._headers, "ETag": tag, "Vary": "Accept-Encoding"}
         if not _trustworthy(request):
             headers.pop(_OPENER, None)
-        if request.headers.get("if-none-match") == file.tag:
+        if request.headers.get("if-none-match") == tag:
             return Response(status_code=304, headers=headers)
-        packed = file.compressed is not None and "gzip" in request.headers.get("accept-encoding", "")
-        content = file.compressed if packed and file.compressed is not None else file.content
-        if packed:
-            headers["Content-Encoding"] = "gzip"
-        return Response(content, headers=headers, media_type=file.media)
+        if coding:
+            headers["Content-Encoding"] = coding
+        return Response(file.codings[coding], headers=headers, media_type=file.media)
