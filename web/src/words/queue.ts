@@ -28,7 +28,6 @@ export const QUEUE = words({
   orderHint: ["Drag a job by its handle, or press Alt and an arrow key.", "Arrastre un trabajo por su asa, o pulse Alt y una flecha."],
   grip: ["Move job {job}, {name}. Number {place} of {count}. Drag, or press Alt and an arrow key.", "Mover el trabajo {job}, {name}. Número {place} de {count}. Arrastre, o pulse Alt y una flecha."],
   moved: ["Job {job} is number {place} of {count}.", "El trabajo {job} es el número {place} de {count}."],
-  details: ["Details of job {job}, {name}", "Detalles del trabajo {job}, {name}"],
   stepsOf: ["{done} of {steps} steps", "{done} de {steps} pasos"],
   stepsCount: ["{steps} steps", "{steps} pasos"],
   oneStepCount: ["1 step", "1 paso"],
