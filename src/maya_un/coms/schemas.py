@@ -63,6 +63,10 @@ SCHEMAS: dict[str, dict[str, Any]] = {
             "args": {"type": ["object", "null"], "description": "others than the named ones are ignored"},
             "robot": {"type": ["string", "null"], "description": "a robot of another name refuses the step"},
             "deadline": {"anyOf": [_DATE, {"type": "null"}], "description": "the step begins before it, or never"},
+            "supervisor": {
+                "type": ["string", "null"],
+                "description": "names the sender for displays; robots ignore it, and nothing checks it",
+            },
         },
         ["id", "command"],
         allOf=[_args_of(name, primitive.argument) for name, primitive in PRIMITIVES.items()],

@@ -1,14 +1,15 @@
 """The steps of a remote process as JSON text, their progress and their results, and the robot's identity.
 
-    {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}, "robot": "MAYA", "deadline": …}
+    {"id": "7", "command": "pick", "args": {"x": 0.5, "y": 1.1, "z": 0.4}, "robot": "MAYA", "deadline": …,
+     "supervisor": "anna"}
     {"id": "7", "state": "executing", "date": …}
     {"id": "7", "success": true, "error": null, "code": null, "started": …, "finished": …, "warnings": []}
     {"name": "MAYA", "journal": "5b0c…"}
 
 The commands are the primitives: pick, place, approach and line (args x, y, z in metres), move (args a, b, c in radians
 and metres), gripper (args open), home and can_teleop (no args). Other args are ignored, and the result lists them.
-`robot` and `deadline` are optional: a step for another robot and a step that would begin after its deadline (ISO 8601
-with a time zone) are refused.
+`robot`, `deadline` and `supervisor` are optional: a step for another robot and a step that would begin after its
+deadline (ISO 8601 with a time zone) are refused. `supervisor` names the sender for displays; a robot ignores it.
 """
 
 from __future__ import annotations

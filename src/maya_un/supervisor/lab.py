@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import socket
 from collections.abc import AsyncIterator, Callable
 from dataclasses import dataclass, replace
 from random import Random
@@ -57,7 +58,8 @@ class Supervisor:
 
     `url` is the broker's, by default $MAYA_COMS_URL; credentials are those of `maya coms`, from the environment. A
     supervisor with a `name` has a session that outlives it: the broker stores results for it while it is disconnected.
-    No two programs may use one name. `deadline` is the time within which a step must start [s].
+    No two programs may use one name. Without one, displays show its steps under the user at the broker, or under the
+    name of this computer. `deadline` is the time within which a step must start [s].
 
     It logs a warning if it sends the password to another computer without encryption. Entering raises
     `SupervisorsNotReached` if the broker does not answer; later it reconnects automatically.
@@ -70,6 +72,7 @@ class Supervisor:
         warning = password_warning(settings)
         if warning is not None:
             _LOG.warning(warning)
+        self.name = name or settings.user or socket.gethostname()
         self._identifier = f"maya-supervisor-{name or uuid4().hex}"
         self._session = SESSION if name else _SHORT_SESSION
         self.deadline = deadline
@@ -240,7 +243,8 @@ class Robot(PrimitiveCommands):
         check(command, args)
         id_ = str(uuid4())
         until = self._lab.deadline if deadline is None else deadline
-        return self._lab.send(id_, self.name, command_text(id_, self.name, command, args, until))
+        text = command_text(id_, self.name, command, args, until, self._lab.name)
+        return self._lab.send(id_, self.name, text)
 
 
 def _event_of(message: aiomqtt.Message) -> Event | None:

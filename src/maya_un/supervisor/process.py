@@ -405,7 +405,8 @@ class FleetProcessRunner:
         entry = self._record.entries[step.id]
         if entry.state is not ProcessStepState.SENT or entry.id is None or entry.text is None:
             id_ = str(uuid4())
-            text = command_text(id_, step.robot, step.command, step.args, self._record.process.deadline)
+            deadline = self._record.process.deadline
+            text = command_text(id_, step.robot, step.command, step.args, deadline, self._lab.name)
             self._record.sent(step.id, id_, text)
             return self._lab.send(id_, step.robot, text)
         return self._lab.send(entry.id, step.robot, entry.text)

@@ -47,11 +47,11 @@ def _check_value(argument: Argument, name: str, value: object) -> None:
         raise InvalidValue(key=f"args.{name}", value=value, reason=WITHIN)
 
 
-def command_text(id_: str, robot: str, command: str, args: Mapping[str, Any], deadline: float) -> str:
-    """Return the JSON text of a command whose step must start within `deadline` [s]."""
+def command_text(id_: str, robot: str, command: str, args: Mapping[str, Any], deadline: float, supervisor: str) -> str:
+    """Return the JSON text of a command of `supervisor` whose step must start within `deadline` [s]."""
     until = datetime.now(UTC) + timedelta(seconds=deadline)
     data = {"id": id_, "command": command, "args": dict(args), "robot": robot, "deadline": until.isoformat()}
-    return json.dumps(data)
+    return json.dumps(data | {"supervisor": supervisor})
 
 
 class Step:

@@ -54,8 +54,9 @@ def test_every_command_of_robots_is_valid() -> None:
 @pytest.mark.parametrize(("command", "args"), GOOD)
 def test_a_good_command_passes_here_at_the_robot_and_the_schema(command: str, args: dict[str, Any]) -> None:
     check(command, args)
-    data = json.loads(command_text("1", "MAYA", command, args, 60.0))
-    assert step_of(data, "1").robot == "MAYA"
+    data = json.loads(command_text("1", "MAYA", command, args, 60.0, "anna"))
+    assert step_of(data, "1") == step_of(data | {"supervisor": None}, "1")
+    assert (step_of(data, "1").robot, data["supervisor"]) == ("MAYA", "anna")
     jsonschema.validate(data, SCHEMAS["commands"])
 
 
