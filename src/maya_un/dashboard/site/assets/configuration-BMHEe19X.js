@@ -1,1 +1,0 @@
-import{K as e}from"./words-B0a6mCOm.js";import{o as t}from"./common-5tdgvojJ.js";import{n}from"./load-CuLuwQ1A.js";import{h as r}from"./robot-CZEJ4GTD.js";var i=e(null);n(async()=>{i.value=await t(`GET /v1/config`).catch(()=>i.value)},[r]);export{i as t};
