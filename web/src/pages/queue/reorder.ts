@@ -68,12 +68,12 @@ export function useReorder(rows: () => HTMLElement[], move: (from: number, to: n
   function look(place: number): Record<string, boolean> {
     const [start, end] = [from.value, to.value];
     const here = start !== null && end === place && start !== end;
-    return { dragged: start === place, above: here && place < start, below: here && place > start };
+    return { "reorder-dragged": start === place, "reorder-above": here && place < start, "reorder-below": here && place > start };
   }
 
   function handle(place: number): Handle {
     const keys = "Alt+ArrowUp Alt+ArrowDown";
-    return { class: "grip", "aria-keyshortcuts": keys, onPointerdown: (event) => begin(event, place), onPointermove: drag, onPointerup: drop, onPointercancel: cancel };
+    return { class: "reorder-handle", "aria-keyshortcuts": keys, onPointerdown: (event) => begin(event, place), onPointermove: drag, onPointerup: drop, onPointercancel: cancel };
   }
 
   onUnmounted(cancel);
