@@ -40,6 +40,8 @@ export const COMMON = words({
   close: ["Close", "Cerrar"],
   save: ["Save", "Guardar"],
   remove: ["Delete", "Borrar"],
+  search: ["Search", "Buscar"],
+  more: ["Show more", "Mostrar más"],
   rename: ["Rename", "Renombrar"],
   copy: ["Copy", "Copiar"],
   copied: ["Copied", "Copiado"],

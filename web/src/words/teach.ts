@@ -15,6 +15,7 @@ export const TEACH = words({
     "No pose is taught yet. Drive the robot to a place, give the place a name, and jobs can use it.",
     "Aún no se ha enseñado ninguna pose. Lleve el robot a un lugar, dé un nombre al lugar y los trabajos podrán usarlo.",
   ],
+  noneFound: ["No pose has such a name.", "Ninguna pose tiene un nombre así."],
   driveThere: ["Drive the robot", "Mover el robot"],
   teachHere: ["Teach the present position", "Enseñar la posición actual"],
   nameOf: ["Name of the pose", "Nombre de la pose"],
