@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, sync_playwright
 
-from tests.dashboard.services import PASSWORD, SPEED, Service, service
+from tests.dashboard.furnished import furnished_robot
+from tests.dashboard.inside import Options, TwinService, twin_service
+from tests.dashboard.services import PASSWORD, Service
 from tests.dashboard.tabs import FLAGS, VIOLATIONS, Tab
 
 
@@ -29,15 +31,21 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.fixture(scope="package")
-def robot_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """Return a service whose robot begins to home."""
-    with service(tmp_path_factory.mktemp("dashboard"), f"--speed {SPEED} --journal memory") as made:
-        made.ask("POST /v1/tasks", {"command": "home"})
+def robot_service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwinService]:
+    """Return a service with a homed robot."""
+    with twin_service(tmp_path_factory.mktemp("dashboard")) as made:
+        yield made
+
+
+@pytest.fixture(scope="package")
+def furnished(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwinService]:
+    """Return a robot that has some of everything; no test changes it."""
+    with furnished_robot(tmp_path_factory.mktemp("furnished"), jobs=10, poses=2) as made:
         yield made
 
 
 @pytest.fixture
-def robot(robot_service: Service) -> Iterator[Service]:
+def robot(robot_service: TwinService) -> Iterator[TwinService]:
     """Return that service with its robot homed and at rest; whatever the test leaves is stopped."""
     robot_service.until_homed()
     yield robot_service
@@ -55,16 +63,21 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
+def new_tab(browser: Browser, of: Service, *, width: int = 1440, height: int = 900, **options: Any) -> Tab:
+    """Open a tab for a service, in a context of its own."""
+    known: dict[str, Any] = {"viewport": {"width": width, "height": height}, "locale": "en", **options}
+    context = browser.new_context(**known)
+    context.add_init_script(VIOLATIONS)
+    return Tab(context, of.url)
+
+
 @pytest.fixture
 def tab_of(chromium: Browser) -> Iterator[Callable[..., Tab]]:
     """Return what opens a tab, in a context of its own, for a service; none may have a problem at the end."""
     tabs: list[Tab] = []
 
-    def opened(of: Service, *, width: int = 1440, height: int = 900, **options: Any) -> Tab:
-        known: dict[str, Any] = {"viewport": {"width": width, "height": height}, "locale": "en", **options}
-        context = chromium.new_context(**known)
-        context.add_init_script(VIOLATIONS)
-        tabs.append(Tab(context, of.url))
+    def opened(of: Service, **options: Any) -> Tab:
+        tabs.append(new_tab(chromium, of, **options))
         return tabs[-1]
 
     yield opened
@@ -73,18 +86,32 @@ def tab_of(chromium: Browser) -> Iterator[Callable[..., Tab]]:
     assert [problem for tab in tabs for problem in tab.problems] == []
 
 
+@pytest.fixture(scope="module")
+def used_tabs() -> list[Tab]:
+    """Return the tabs that tests of a module have used one after another; the last one may be open."""
+    return []
+
+
 @pytest.fixture
-def tab(robot: Service, tab_of: Callable[..., Tab]) -> Tab:
-    """Return a tab with the first page of that robot."""
-    made = tab_of(robot)
+def tab(robot: Service, chromium: Browser, used_tabs: list[Tab]) -> Iterator[Tab]:
+    """Return a tab with the first page of that robot. The context of the test before is used again if it is open."""
+    if not used_tabs or used_tabs[-1].page.is_closed():
+        used_tabs.append(new_tab(chromium, robot))
+    made = used_tabs[-1]
+    made.problems.clear()
+    made.page.set_viewport_size({"width": 1440, "height": 900})
     made.open("/")
-    return made
+    yield made
+    assert made.problems == []
+    if made.page.url.startswith(robot.url) and not made.page.is_closed():
+        made.page.evaluate("localStorage.clear()")
 
 
 @pytest.fixture(scope="package")
-def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+def guarded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TwinService]:
     """Return a service with users: `root` is asked for whatever the tests ask."""
-    with service(tmp_path_factory.mktemp("guarded"), f"--speed {SPEED}") as made:
+    options = Options(stored=True, addresses=("https://robot.example:4134",))
+    with twin_service(tmp_path_factory.mktemp("guarded"), options) as made:
         made.token = made.ask("POST /v1/users", {"name": "root", "role": "admin"})["token"]
         made.ask("PATCH /v1/users/root", {"password": PASSWORD})
         yield made

@@ -1,8 +1,9 @@
-"""A `maya up` that keeps its port and its folder over a restart, and its robot."""
+"""A service with a dashboard that keeps its port and its folder over a restart, and its robot."""
 
 from __future__ import annotations
 
 import json
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from http.client import HTTPConnection
@@ -11,7 +12,7 @@ from typing import Any, NamedTuple
 
 from tests.ports import free_port
 from tests.secrecy import secret
-from tests.system.robots import Running, up
+from tests.system.robots import LOOKS, up
 
 PASSWORD = secret("root of the dashboard")
 """Of the user `root`."""
@@ -33,38 +34,29 @@ class Answer(NamedTuple):
         return json.loads(self.body)
 
 
-class Service:
-    """A robot with a dashboard: started, killed and started again at the same address, with the same files."""
+class Service(ABC):
+    """A robot with a dashboard, which keeps its address and its files in `folder` over a restart."""
 
-    def __init__(self, folder: Path, options: str) -> None:
+    def __init__(self, folder: Path) -> None:
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self.folder = folder
         self.token = ""
-        self._options = options
-        self._stack = ExitStack()
-        self._running: Running | None = None
 
+    @abstractmethod
     def start(self) -> None:
         """Start it, and return when it answers."""
-        places = {
-            "MAYA_CONFIG": "",
-            "MAYA_RUNTIME_DIR": str(self.folder / "run"),
-            "MAYA_STATE_DIR": str(self.folder / "state"),
-            "XDG_CONFIG_HOME": str(self.folder / "config"),
-            "XDG_STATE_HOME": str(self.folder / "state"),
-        }
-        self._running = self._stack.enter_context(up(self._options, places, port=self.port))
 
+    @abstractmethod
     def kill(self) -> None:
-        """Kill it as a power cut does."""
-        self._stack.close()
+        """End it."""
 
-    def request(self, method: str, path: str, **headers: str) -> Answer:
+    def request(self, method: str, path: str, body: object = None, **headers: str) -> Answer:
         """Return an answer with its headers, whose names are in lower case; `_` in the name of one stands for `-`."""
         connection = HTTPConnection("127.0.0.1", self.port, timeout=30.0)
         try:
-            connection.request(method, path, headers={name.replace("_", "-"): text for name, text in headers.items()})
+            named = {name.replace("_", "-"): text for name, text in headers.items()}
+            connection.request(method, path, None if body is None else json.dumps(body), named)
             answer = connection.getresponse()
             return Answer(answer.status, {name.lower(): text for name, text in answer.getheaders()}, answer.read())
         finally:
@@ -72,27 +64,30 @@ class Service:
 
     def ask(self, request: str, body: object = None) -> Any:
         """Return the answer to "METHOD /path", which must not be a refusal."""
-        status, answer = self._asked(request, body)
-        assert status < 300, answer
-        return answer
+        answer = self._asked(request, body)
+        assert answer.status < 300, answer.body
+        return answer.json
 
     def refused(self, request: str, body: object = None) -> bool:
         """Ask, and return whether the answer is a refusal."""
-        status, _ = self._asked(request, body)
+        status = self._asked(request, body).status
         assert status < 500
         return status >= 400
 
     def until(self, holds: Callable[[Any], bool], path: str = "/v1/status") -> Any:
         """Look at something until it is so, and return it."""
-        assert self._running is not None
-        self._running.token = self.token
-        return self._running.until(holds, path)
+        found: Any = None
+        for _ in range(LOOKS):
+            found = self.ask(f"GET {path}")
+            if holds(found):
+                return found
+            self.ask(f"GET /v1/events?since={self.newest}&wait=0.1")
+        raise AssertionError(f"it never was so: {found}")
 
-    def _asked(self, request: str, body: object) -> tuple[int, Any]:
-        assert self._running is not None
-        self._running.token = self.token
+    def _asked(self, request: str, body: object) -> Answer:
         method, path = request.split(" ", 1)
-        return self._running.ask(method, path, body)
+        known = {"Authorization": f"Bearer {self.token}"} if self.token else {}
+        return self.request(method, path, body, Content_Type="application/json", **known)
 
     @property
     def state(self) -> dict[str, Any]:
@@ -137,10 +132,34 @@ class Service:
         assert (later["moving"], later["counts"]) == (False, at["counts"])
 
 
+class ServiceProcess(Service):
+    """A `maya up` of its own, which can be killed as by a power cut."""
+
+    def __init__(self, folder: Path, options: str) -> None:
+        super().__init__(folder)
+        self._options = options
+        self._stack = ExitStack()
+
+    def start(self) -> None:
+        """Start it, and return when it answers."""
+        places = {
+            "MAYA_CONFIG": "",
+            "MAYA_RUNTIME_DIR": str(self.folder / "run"),
+            "MAYA_STATE_DIR": str(self.folder / "state"),
+            "XDG_CONFIG_HOME": str(self.folder / "config"),
+            "XDG_STATE_HOME": str(self.folder / "state"),
+        }
+        self._stack.enter_context(up(self._options, places, port=self.port))
+
+    def kill(self) -> None:
+        """Kill it as a power cut does."""
+        self._stack.close()
+
+
 @contextmanager
 def service(folder: Path, options: str) -> Iterator[Service]:
-    """Run a service while the block runs."""
-    made = Service(folder, options)
+    """Run a `maya up` while the block runs."""
+    made = ServiceProcess(folder, options)
     try:
         made.start()
         yield made

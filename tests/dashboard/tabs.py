@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from playwright.sync_api import BrowserContext, ConsoleMessage, Request
+from playwright.sync_api import BrowserContext, ConsoleMessage, Request, expect
 
 from tests.waiting import eventually
 
@@ -28,6 +28,17 @@ THEMES = ("dark", "light")
 DRIVER = ("GL Driver Message", "GPU stall", "[.WebGL")
 """Warnings of the graphics driver say these; they are no mistakes of the page. A shader with a mistake is one."""
 
+PATIENCE = 20.0
+"""Longest wait for something on a page [s]; a busy machine is slow."""
+
+expect.set_options(timeout=PATIENCE * 1e3)
+
+GONE = (
+    *("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE"),
+    "error occurred when fetching the script",
+)
+"""The browser itself writes these to the console about a service that is not there."""
+
 OWN = ("blob:", "data:")
 """Addresses that lead nowhere."""
 
@@ -42,6 +53,7 @@ class Tab:
 
     def __init__(self, context: BrowserContext, url: str) -> None:
         self.page = context.new_page()
+        self.page.set_default_timeout(PATIENCE * 1e3)
         self.problems: list[str] = []
         self.addresses: list[str] = []
         self._url = url
@@ -69,7 +81,7 @@ class Tab:
 
     def until(self, expression: str, what: str = "") -> None:
         """Wait until an expression of JavaScript holds; the policy of the pages forbids the browser's own way."""
-        eventually(lambda: self.page.evaluate(f"Boolean({expression})"), what or expression, 60.0, self.text)
+        eventually(lambda: self.page.evaluate(f"Boolean({expression})"), what or expression, PATIENCE, self.text)
 
     def get(self, expression: str) -> Any:
         """Return the value of an expression of JavaScript."""

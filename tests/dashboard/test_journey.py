@@ -1,45 +1,274 @@
-"""From the first visit to the first part that the robot has moved."""
+"""Journeys of people through the page, by clicks and keys. The twin's mechanics show what the robot has really done."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from math import dist, pi
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import Locator, expect
 
-from tests.dashboard.services import Service, service
-from tests.dashboard.tabs import Tab
-from tests.system.processes import CALM
+from maya_un.machine.truth import TrueConstants
+from maya_un.values import Joints, Point
+from tests.dashboard.furnished import MEASURED
+from tests.dashboard.inside import Options, TwinService, twin_service
+from tests.dashboard.tabs import GONE, SIZES, Tab
+from tests.secrecy import secret
 
-EXAMPLE = "01_pick_and_place"
+FAST = 200.0
+"""Speed of the clock of robots that only these journeys use."""
+
+CUBE, TRAY = Point(0.41, 1.13, 0.40), Point(1.18, 0.21, 0.40)
+"""The part and the place of the first example."""
+
+NEAR = 2e-3
+"""A robot whose constants are right puts a part so near to its place [m]."""
 
 
 @pytest.fixture
-def new(tmp_path: Path) -> Iterator[Service]:
-    """Return a service that nobody has used, with a fast clock and the parts of the example on the twin's table."""
-    with service(tmp_path, f"--speed 100 --table examples/{EXAMPLE}.yaml {CALM}") as made:
+def new(tmp_path: Path) -> Iterator[TwinService]:
+    """Return a robot that nobody has used, with the part of the first example on the table."""
+    with twin_service(tmp_path, Options(FAST, homed=False, parts={"cube": CUBE})) as made:
         yield made
 
 
-def submit_example(tab: Tab, robot: Service) -> int:
-    """Submit the example, and return the number of its job."""
-    example = next(one for one in robot.ask("GET /v1/examples") if one["name"] == EXAMPLE)
-    job = robot.ask("POST /v1/jobs/parse", {"text": example["text"]})["job"]
-    return robot.ask("POST /v1/jobs", job)["id"]
+def enter(tab: Tab) -> None:
+    """Open the page Live for the first time, and end the tour."""
+    tab.open("/")
+    tab.page.click("[data-tour] .plain")
 
 
-def test_first_visit_home_pick_and_place(new: Service, tab_of: Callable[..., Tab]) -> None:
-    """The page takes the language of the browser."""
+def visit(tab: Tab, path: str) -> None:
+    """Go to another page by the rail, or by the tabs of a phone."""
+    tab.page.click(f"a.place[href='{path}'] >> visible=true")
+    tab.until(f"location.pathname === '{path}'")
+
+
+def require_placed(robot: TwinService, name: str, place: Point) -> None:
+    """Fail unless a part stands at a place, was not dropped, and the lines were never overloaded."""
+    parts, drops, tension = robot.record(lambda record: (record.parts, record.drops, record.peak_tension))
+    assert dist(parts[name], place) < NEAR
+    assert drops == ()
+    assert tension < 6.0
+
+
+def test_first_visit_home_pick_and_place(new: TwinService, tab_of: Callable[..., Tab]) -> None:
+    """The page takes the language of the browser, shows the tour, homes, and runs an example job."""
     tab = tab_of(new, locale="es")
     tab.open("/")
     assert tab.get("document.documentElement.lang") == "es"
+    tour = tab.page.locator("[data-tour]")
+    for title in ("Parar", "El estado del robot", "Primero, referenciar", "La cola", "Idioma"):
+        expect(tour.get_by_role("heading")).to_have_text(title)
+        tab.page.keyboard.press("Tab" if title == "Parar" else "Shift+Tab")
+        tour.locator("[data-next]").press("Enter")
+    expect(tour).to_have_count(0)
     tab.until("document.querySelector('[data-scene]')?.dataset.drawn")
     tab.until("document.querySelector('[data-state].warn')", "it is not homed")
-    tab.page.click("[data-home] button, button[data-home]")
+    tab.page.click("[data-home]")
     tab.until("document.querySelector('[data-state].ok')", "it is ready")
-    assert new.state["homed"]
-    job = submit_example(tab, new)
-    new.until(lambda report: report["state"] == "done", f"/v1/jobs/{job}")
-    tab.page.click(".rail a[href='/history']")
-    tab.until("document.querySelector('main').innerText.includes('pick and place')")
-    assert tab.get("document.querySelector('main').innerText.includes('{}')".format("hecho"))
+    assert dist(new.state["point"], new.gripper) < NEAR
+    visit(tab, "/queue")
+    tab.page.click("[data-examples] button:first-of-type")
+    expect(tab.page.locator("[data-blocks] > ol > li")).to_have_count(3)
+    tab.page.click("[data-do-preview]")
+    expect(tab.page.locator("[data-preview]")).to_contain_text("pick cube")
+    tab.page.click("[data-submit]")
+    ended = tab.page.locator("[data-ended]").get_by_role("button", name="pick and place")
+    expect(ended).to_be_visible()
+    require_placed(new, "cube", TRAY)
+    visit(tab, "/history")
+    expect(tab.page.locator("[data-jobs]")).to_contain_text("hecho")
+
+
+PEOPLE = {"ana": "student", "bea": "operator"}
+
+
+@pytest.fixture
+def shared(tmp_path: Path) -> Iterator[TwinService]:
+    """Return a homed robot with a student and an operator, and a part on its table."""
+    with twin_service(tmp_path, Options(FAST, stored=True, parts={"cube": CUBE})) as made:
+        made.token = made.ask("POST /v1/users", {"name": "root", "role": "admin"})["token"]
+        for name, role in PEOPLE.items():
+            made.ask("POST /v1/users", {"name": name, "role": role, "password": secret(name)})
+        yield made
+
+
+def sign_in(tab: Tab, name: str) -> None:
+    """Sign in by the dialogue that the page shows to people whom it does not know."""
+    tab.page.fill("dialog input[autocomplete=username]", name)
+    tab.page.fill("dialog input[type=password]", secret(name))
+    tab.page.keyboard.press("Enter")
+    tab.until("!document.querySelector('dialog[open]')")
+    tab.until_live()
+
+
+def add_step(tab: Tab, command: str) -> Locator:
+    """Add a block to the draft, and return it."""
+    blocks = tab.page.locator("[data-blocks] > ol > li")
+    before = blocks.count()
+    tab.page.locator("[data-blocks]").get_by_role("button", name=command, exact=True).click()
+    expect(blocks).to_have_count(before + 1)
+    return blocks.nth(before)
+
+
+def fill_point(of: Locator, point: Point) -> None:
+    """Fill the fields for x, y, z in mm."""
+    for axis, value in zip("xyz", point, strict=True):
+        of.get_by_label(axis, exact=True).fill(f"{value * 1e3:g}")
+
+
+def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of: Callable[..., Tab]) -> None:
+    """Each has a browser of their own: the student a desktop in Spanish, the operator a phone in English."""
+    width, height = SIZES["phone"]
+    student, operator = tab_of(shared, locale="es"), tab_of(shared, width=width, height=height)
+    for tab in (student, operator):
+        tab.page.goto(f"{shared.url}/queue")
+    sign_in(student, "ana")
+    composer = student.page.locator("[data-composer]")
+    composer.locator(".names summary").click()
+    composer.get_by_role("button", name="Añadir una pieza").click()
+    composer.locator(".named input.name").fill("cubo")
+    composer.locator(".named input.name").press("Enter")
+    fill_point(composer.locator(".named"), CUBE)
+    pick, place = add_step(student, "Recoger"), add_step(student, "Colocar")
+    pick.locator("select").select_option(label="cubo")
+    place.locator("select").select_option(label="Coordenadas")
+    fill_point(place, TRAY)
+    student.page.get_by_role("button", name="Proponer el trabajo").click()
+    expect(student.page.locator("[data-queued]")).to_contain_text("espera la aprobación")
+
+    sign_in(operator, "bea")
+    visit(operator, "/people")
+    operator.page.locator("[data-approvals]").get_by_role("button", name="Look").click()
+    proposal = operator.page.locator("[data-proposal]")
+    expect(proposal).to_contain_text("proposed by ana")
+    expect(proposal).to_contain_text("pick cubo")
+    assert dist(shared.record(lambda record: record.parts)["cube"], CUBE) < NEAR
+    proposal.get_by_role("button", name="Approve").click()
+    expect(proposal).to_have_count(0)
+
+    ended = student.page.locator("[data-ended] [data-job]")
+    expect(ended).to_contain_text("hecho")
+    require_placed(shared, "cube", TRAY)
+    ended.get_by_role("button").click()
+    expect(student.page.locator("[data-detail]")).to_contain_text("Aprobado por bea.")
+    visit(operator, "/queue")
+    expect(operator.page.locator("[data-ended] [data-job]")).to_contain_text("ana")
+
+
+def open_drive(tab: Tab) -> None:
+    """Open the page Drive from the page Live."""
+    visit(tab, "/")
+    tab.page.click("a[href='/drive']")
+
+
+def drive_to(tab: Tab, robot: TwinService, joints: Joints) -> None:
+    """Have the robot go to joints [rad, m, m] by the page Drive, after a preview."""
+    tab.page.click("[data-primitive=move]")
+    tab.page.click("[data-way=joints]")
+    for name, value in zip("abc", (joints.a * 180.0 / pi, joints.b * 1e3, joints.c * 1e3), strict=True):
+        tab.page.locator(f"[data-joint={name}] input").fill(f"{value:.4f}")
+    tab.page.click("[data-look]")
+    tab.page.click("[data-go] button:not([aria-disabled])")
+    robot.until(lambda status: dist(status["state"]["joints"] or (9.0, 9.0, 9.0), joints) < NEAR)
+
+
+def test_teach_two_poses_compose_a_job_from_them_and_run_it(robot: TwinService, tab_of: Callable[..., Tab]) -> None:
+    """Another page shows each pose as soon as it is taught."""
+    tab, watching = tab_of(robot), tab_of(robot, locale="es")
+    watching.open("/teach")
+    enter(tab)
+    places: dict[str, Joints] = {}
+    for name, joints in (("left", Joints(0.4, 1.4, 1.5)), ("right", Joints(1.3, 1.5, 1.4))):
+        open_drive(tab)
+        drive_to(tab, robot, joints)
+        visit(tab, "/teach")
+        tab.page.fill("[data-pose-name]", name)
+        tab.page.keyboard.press("Enter")
+        expect(watching.page.locator(f"[data-pose={name}]")).to_contain_text("enseñada")
+        places[name] = robot.truth(lambda twin: Joints(*twin.mechanics.true_joints()))
+    visit(tab, "/queue")
+    for name in places:
+        add_step(tab, "Move joints").locator("select").select_option(label=name)
+    mark = robot.record(lambda record: record.mark())
+    tab.page.click("[data-submit]")
+    expect(tab.page.locator("[data-ended] [data-job]").first).to_contain_text("2 of 2 steps")
+    robot.require_rest()
+    window = robot.record(lambda record: record.since(mark))
+    assert window.low == pytest.approx(tuple(map(min, *places.values())), abs=1e-3)
+    assert window.high == pytest.approx(tuple(map(max, *places.values())), abs=1e-3)
+    assert robot.truth(lambda twin: twin.mechanics.true_joints()) == pytest.approx(places["right"], abs=1e-3)
+
+
+TRUTH = replace(
+    TrueConstants(),
+    height=2.358,
+    length=2.294,
+    delta=0.304,
+    counts_per_metre=1.002e6,
+    switches=((0.010, 2.0 * pi / 3.0), (0.579, 2.262), (0.561, 2.298)),
+)
+"""A machine that is not built as its drawing says: its gripper is some 20 mm from where the robot believes it to be."""
+
+TARGETS = (Joints(0.6, 1.35, 1.45), Joints(1.6, 1.45, 1.35))
+"""Other places, which judge the calibration."""
+
+
+@pytest.fixture
+def crooked(tmp_path: Path) -> Iterator[TwinService]:
+    """Return a robot whose machine differs from its configuration."""
+    with twin_service(tmp_path, Options(FAST, homed=False, truth=TRUTH)) as made:
+        yield made
+
+
+def home(tab: Tab) -> None:
+    """Home by the page Live, and open the page Drive."""
+    visit(tab, "/")
+    tab.page.click("[data-home]")
+    tab.until("document.querySelector('[data-state].ok')", "it is homed")
+    open_drive(tab)
+
+
+def off(tab: Tab, robot: TwinService, joints: Joints) -> float:
+    """Go to a place; return the distance of the gripper from where the robot believes it to be [m]."""
+    drive_to(tab, robot, joints)
+    robot.require_rest()
+    return dist(robot.state["point"], robot.gripper)
+
+
+def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
+    """A person measures points, fits, looks at the map, saves, starts the service again, and homes."""
+    tab = tab_of(crooked)
+    tab.forgive(*GONE)
+    enter(tab)
+    home(tab)
+    before: list[float] = []
+    for row, joints in enumerate(MEASURED, 1):
+        before.append(off(tab, crooked, joints))
+        visit(tab, "/workshop")
+        tab.page.click(".tool[href$=calibration]")
+        for axis, value in zip("xyz", crooked.gripper, strict=True):
+            tab.page.fill(f"[data-measured={axis}]", f"{value * 1e3:.2f}")
+        tab.page.click("[data-add-point]")
+        expect(tab.page.locator("[data-points] tbody tr")).to_have_count(row)
+        if row < len(MEASURED):
+            tab.page.go_back()
+            tab.page.go_back()
+    tab.page.click("[data-fit]")
+    expect(tab.page.locator("[data-map] .arrow")).to_have_count(len(MEASURED))
+    tab.page.click("[data-apply]")
+    configuration = tab.page.locator("[data-tool=configuration]")
+    expect(configuration).to_contain_text("geometry.delta")
+    tab.page.click("[data-save]")
+    expect(configuration.get_by_role("status")).to_contain_text("next start")
+    crooked.kill()
+    tab.until("document.querySelector('[data-lost]')")
+    crooked.start()
+    tab.until_live()
+    home(tab)
+    after = [off(tab, crooked, joints) for joints in TARGETS]
+    assert min(before) > 5e-3
+    assert max(after) < 1e-3

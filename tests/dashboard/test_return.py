@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from playwright.sync_api import expect
 
+from maya_un.assembly import make_twin
 from tests.dashboard.services import Service, service
-from tests.dashboard.tabs import Tab, stop_in_sight
+from tests.dashboard.tabs import GONE, PATIENCE, SIZES, Tab, stop_in_sight
+from tests.dashboard.test_access import Examiner
+from tests.system.processes import running
+from tests.waiting import eventually
 
-STEPS = 6
-JOB = {"name": "open and close", "steps": [{"gripper": ("open", "close")[step % 2]} for step in range(STEPS)]}
+GRIPPER = ("open", "close") * 3
+JOB = {"name": "open and close", "steps": [{"gripper": state} for state in GRIPPER]}
 """Steps of half a second that need no homing."""
-
-GONE = (
-    *("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE"),
-    "error occurred when fetching the script",
-)
-"""The browser itself writes these to the console about a service that is not there."""
 
 
 @pytest.fixture
@@ -63,23 +64,87 @@ def test_the_page_says_that_the_service_is_gone_and_goes_on_when_it_is_back(own:
     assert not own.state["moving"]
 
 
-def test_after_a_power_cut_a_person_decides_and_the_job_ends(own: Service, kept_tab: Tab) -> None:
-    job = own.ask("POST /v1/jobs", JOB)["id"]
-    own.until(lambda report: report["steps"][1]["state"] == "running", f"/v1/jobs/{job}")
-    come_back(own, kept_tab)
-    kept_tab.until("document.querySelector('[data-recovery]')?.innerText.includes('open and close')")
-    stop_in_sight(kept_tab)
-    assert own.ask("GET /v1/queue")["mode"] == "paused"
-    dialog = kept_tab.page.locator("[data-recovery]")
-    decide = dialog.locator("[data-decide] button")
-    assert decide.get_attribute("aria-disabled") == "true"
+SEED = 5
+"""It draws the place where the arm of the separate twin is when its power comes on."""
+
+YAML = "\n".join(["name: open and close", "steps:", *(f"  - gripper: {state}" for state in GRIPPER)])
+"""The same job, as a person writes it."""
+
+
+class SeparateTwin:
+    """A virtual controller with a part between the open jaws. It stays on while its service is killed."""
+
+    def __init__(self, folder: Path) -> None:
+        self._record = folder / "mechanics.jsonl"
+        place = make_twin(seed=SEED).mechanics.gripper_point()
+        table = folder / "table.json"
+        table.write_text(json.dumps({"name": "table", "parts": {"cube": place}, "steps": ["home"]}), encoding="utf-8")
+        self.options = f"dmc serve --port 0 --seed {SEED} --record {self._record} --table {table}"
+
+    def record(self) -> list[dict[str, Any]]:
+        """Return what the mechanics have recorded."""
+        return [json.loads(line) for line in self._record.read_text(encoding="utf-8").splitlines()]
+
+    def grips(self) -> list[str]:
+        """Return what the gripper has done to the part, in order."""
+        return [one["kind"] for one in self.record() if one["kind"] in {"grip", "release", "drop"}]
+
+
+@pytest.fixture
+def separate(tmp_path: Path) -> Iterator[tuple[SeparateTwin, Service]]:
+    """Return a virtual controller in a process of its own, and a service that drives it."""
+    twin = SeparateTwin(tmp_path)
+    with running(twin.options) as process, service(tmp_path, f"--address {process.until('127.0.0.1:')}") as made:
+        yield twin, made
+
+
+def test_after_a_power_cut_a_person_decides_and_the_job_ends(
+    separate: tuple[SeparateTwin, Service], tab_of: Callable[..., Tab]
+) -> None:
+    """The page asks what it cannot know. The mechanics show that no step is left out and none is done twice."""
+    twin, own = separate
+    tab = tab_of(own, locale="es")
+    tab.forgive(*GONE)
+    tab.open("/queue")
+    tab.page.evaluate("window.marked = true")
+    tab.page.fill("[data-yaml]", YAML)
+    tab.page.click("[data-submit] button:not([aria-disabled])")
+    eventually(lambda: "grip" in twin.grips(), "the part is gripped", PATIENCE)
+    come_back(own, tab)
+    dialog = tab.page.locator("[data-recovery]")
+    expect(dialog).to_contain_text("open and close")
+    stop_in_sight(tab)
+    before = twin.record()
+    decide = dialog.locator("[data-decide]")
+    expect(decide.get_by_role("button")).to_have_attribute("aria-disabled", "true")
     if dialog.locator("[data-holding=no]").count():  # it asks only what the machine does not know
-        dialog.locator("[data-holding=no]").check()
+        dialog.locator(f"[data-holding={'yes' if before[-1]['carried'] else 'no'}]").check()
     dialog.locator("[data-choice=resume]").check()
+    assert twin.record() == before
     decide.click()
-    kept_tab.until("!document.querySelector('[data-recovery]')")
-    report = own.until(lambda report: report["state"] == "done", f"/v1/jobs/{job}")
-    assert [step["state"] for step in report["steps"]] == ["done"] * STEPS
+    expect(dialog).to_have_count(0)
+    expect(tab.page.locator("[data-ended] [data-job]")).to_contain_text("hecho")
+    assert twin.grips() == ["grip", "release", "grip", "release", "grip"]
+
+
+@pytest.mark.parametrize("size", ["desktop", "phone"])
+def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
+    own: Service, tab_of: Callable[..., Tab], size: str
+) -> None:
+    width, height = SIZES[size]
+    tab = tab_of(own, width=width, height=height, bypass_csp=True)
+    tab.forgive(*GONE)
+    tab.open("/")
+    own.ask("POST /v1/jobs", JOB)
+    own.until(lambda queue: queue["running"] is not None, "/v1/queue")
+    examiner = Examiner(tab, size)
+    own.kill()
+    tab.until("document.querySelector('[data-lost]')")
+    examiner.walk("lost", [])
+    own.start()
+    tab.until("document.querySelector('[data-recovery]')")
+    examiner.walk("interrupted", [])
+    assert examiner.found == []
 
 
 def test_a_decision_can_wait(own: Service, kept_tab: Tab) -> None:

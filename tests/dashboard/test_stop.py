@@ -54,10 +54,9 @@ def escape_twice(robot: Service, tab: Tab, since: int) -> None:
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_button(robot: Service, tab_of: Callable[..., Tab], size: str) -> None:
+def test_button(robot: Service, tab: Tab, size: str) -> None:
     width, height = SIZES[size]
-    tab = tab_of(robot, width=width, height=height)
-    tab.open("/")
+    tab.page.set_viewport_size({"width": width, "height": height})
     with stopped(robot):
         tab.page.click(STOP)
     tab.until("document.querySelector('[data-stopped]').innerText.includes('at rest')")

@@ -48,10 +48,7 @@ def inert(tab: Tab, where: str) -> None:
 
 
 @pytest.mark.parametrize("path", PAGES)
-def test_texts_of_users_are_shown_as_they_are(
-    robot: Service, named: int, tab_of: Callable[..., Tab], path: str
-) -> None:
-    tab = tab_of(robot)
+def test_texts_of_users_are_shown_as_they_are(named: int, tab: Tab, path: str) -> None:
     for address in [path, *(one.format(job=named) for one in SHOWN if one.startswith(f"{path}?"))]:
         tab.open(address)
         inert(tab, address)

@@ -1,0 +1,194 @@
+"""Pages, dialogues and all that opens within pages are usable for everybody: axe finds nothing against WCAG 2.2 AA."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import pytest
+from playwright.sync_api import expect
+
+from tests.conventions.source import ROOT
+from tests.dashboard.furnished import FAILED
+from tests.dashboard.inside import TwinService
+from tests.dashboard.services import PASSWORD, Service
+from tests.dashboard.tabs import SIZES, THEMES, Tab
+
+AXE = ROOT / "web" / "node_modules" / "axe-core" / "axe.min.js"
+RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
+
+CONTRAST = ["color-contrast"]
+"""The only rule whose result depends on the theme."""
+
+Step = str
+"""A click on what a selector finds first, "maybe SELECTOR", "see SELECTOR", "key NAME", "type SELECTOR = TEXT"."""
+
+CLOSE = "key Escape"
+
+WALKS: Sequence[tuple[str, Sequence[Sequence[Step]]]] = (
+    ("/", [["[data-next]"], ["[data-next]"], ["[data-next]"], ["[data-next]"], ["[data-next]"]]),
+    ("/drive", [["maybe [data-tab=goto]", "[data-look]"], ["maybe [data-tab=keys]"]]),
+    (
+        "/queue",
+        [
+            ["[data-ended] .main"],
+            ["[data-queue-clear]"],
+            [CLOSE, "[data-examples] button", "[data-do-preview]", "see [data-preview]"],
+            [".more summary"],
+        ],
+    ),
+    (
+        "/teach",
+        [
+            ["[data-here]"],
+            ["[data-again]"],
+            [CLOSE, "[data-rename]"],
+            [CLOSE, "[data-remove]"],
+            ["[data-tab=pallets]"],
+            ["[data-remove]"],
+            ["[data-new-pallet]"],
+            ["[data-tab=zones]"],
+            ["[data-remove]"],
+            ["[data-add-box]"],
+        ],
+    ),
+    (f"/history?job={FAILED}", []),
+    ("/history?show=recordings", [["[data-recording]"]]),
+    (
+        "/workshop",
+        [
+            [".tool[href$=scope]"],
+            [".tool[href$=terminal]"],
+            [
+                ".tool[href$=configuration]",
+                "type [data-find] = delta",
+                "type [data-setting='geometry.delta'] input = x",
+            ],
+            [".tool[href$=calibration]", "[data-fit]", "see [data-map] .arrow"],
+            ["[data-clear]"],
+            [".tool[href$=faults]"],
+            [".tool[href$=logs]", "[data-details]"],
+        ],
+    ),
+    ("/people", [["[data-no-users] .primary"]]),
+)
+"""Addresses, and the steps from each stage to the next one; every stage is looked at."""
+
+ROOT_WALK: Sequence[Sequence[Step]] = [
+    ["[data-approvals] .button", "see [data-proposal] li"],
+    [CLOSE, "[data-users] .row .button"],
+    [CLOSE, "[data-users] .line .button"],
+    ["[data-user] .actions .button"],
+    [CLOSE, CLOSE, "[data-phone]"],
+    ["[data-show-code]", "see [data-phone-dialog] svg[role=img]"],
+    [CLOSE, "[data-phone] + .button"],
+]
+"""The same on the page People for an administrator."""
+
+
+EXAMINE = """async ([rules, whole]) => {
+    const part = document.querySelector('dialog[open], main .question, [data-tour]') ?? document.querySelector('main');
+    const bars = [...document.querySelectorAll('.head, .dock')];
+    for (const bar of bars) bar.style.visibility = whole ? '' : 'hidden';
+    const { violations } = await axe.run(whole ? document : part, { runOnly: rules, resultTypes: ['violations'] });
+    for (const bar of bars) bar.style.visibility = '';
+    return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html}`));
+}"""
+"""Returns what axe finds on the whole page, or in the part that a step opens: then no bar lies over anything."""
+
+
+class Examiner:
+    """Has axe look at the stages of pages, and collects what it finds."""
+
+    def __init__(self, tab: Tab, size: str) -> None:
+        self._tab = tab
+        self._size = size
+        self.found: list[str] = []
+
+    def walk(self, where: str, stages: Sequence[Sequence[Step]]) -> None:
+        """Look at the page that is open, and go on from stage to stage."""
+        self._tab.page.evaluate(AXE.read_text(encoding="utf-8"))
+        self._look(where, whole=True)
+        for steps in stages:
+            for step in steps:
+                do(self._tab, step)
+            self._look(f"{where} after {steps}", whole=False)
+
+    def _look(self, where: str, *, whole: bool) -> None:
+        """Look at everything in one theme, at the colours in the other."""
+        rules: dict[str, object] = {"type": "tag", "values": RULES}
+        for theme in THEMES:
+            self._tab.page.evaluate("(theme) => { document.documentElement.dataset.theme = theme }", theme)
+            found: list[str] = self._tab.page.evaluate(EXAMINE, [rules, whole])
+            self.found += [f"{where}, {self._size}, {theme}: {one}" for one in found]
+            rules = {"type": "rule", "values": CONTRAST}
+
+
+def do(tab: Tab, step: Step) -> None:
+    """Carry out a step."""
+    kind, _, rest = step.partition(" ")
+    if kind == "key":
+        tab.page.keyboard.press(rest)
+    elif kind == "see":
+        expect(tab.page.locator(rest).first).to_be_visible()
+    elif kind == "type":
+        where, _, text = rest.partition(" = ")
+        tab.page.fill(f"{where} >> visible=true", text)
+    elif kind != "maybe" or tab.page.locator(rest).count():
+        tab.page.click(f"{rest if kind == 'maybe' else step} >> visible=true >> nth=0")
+
+
+Opened = Callable[[Service], tuple[Tab, Examiner]]
+
+
+@pytest.fixture(params=["desktop", "phone"])
+def examiner_of(request: pytest.FixtureRequest, tab_of: Callable[..., Tab]) -> Opened:
+    """Return what opens a tab of a size for a service, and the examiner of its pages."""
+    width, height = SIZES[request.param]
+
+    def opened(of: Service) -> tuple[Tab, Examiner]:
+        tab = tab_of(of, width=width, height=height, bypass_csp=True)
+        return tab, Examiner(tab, request.param)
+
+    return opened
+
+
+def test_pages_and_what_opens_in_them(furnished: TwinService, examiner_of: Opened) -> None:
+    tab, examiner = examiner_of(furnished)
+    for path, stages in WALKS:
+        tab.open(path)
+        examiner.walk(path, stages)
+    assert examiner.found == []
+
+
+def test_a_job_that_runs_and_a_robot_that_moves(robot: TwinService, examiner_of: Opened) -> None:
+    tab, examiner = examiner_of(robot)
+    robot.begin_motion()
+    tab.open("/queue")
+    examiner.walk("queue", [["[data-running] .toggle"], ["a.place[href='/']"]])
+    assert robot.state["moving"]
+    assert examiner.found == []
+
+
+@pytest.fixture
+def proposed(guarded: TwinService) -> TwinService:
+    """Return the service with users, one of whom proposes a job."""
+    root, student = guarded.token, {"name": "ana", "role": "student"}
+    if not guarded.refused("POST /v1/users", student):
+        guarded.token = guarded.ask("POST /v1/users/ana/tokens", {"note": "a test"})["token"]
+        guarded.ask("POST /v1/jobs", {"name": "mine", "steps": ["home"]})
+        guarded.token = root
+    return guarded
+
+
+def test_people_sign_in_and_look_after_each_other(proposed: TwinService, examiner_of: Opened) -> None:
+    tab, examiner = examiner_of(proposed)
+    tab.forgive("status of 401", "status of 429")
+    tab.page.goto(f"{proposed.url}/people")
+    tab.until("document.querySelector('dialog[open]')")
+    name, password = "type dialog input[autocomplete=username] = root", "type dialog input[type=password] = "
+    other_way = "dialog .chip[aria-pressed=false]"
+    wrong = [name, f"{password}wrong", "key Enter", "see dialog [role=alert]"]
+    right = [other_way, name, f"{password}{PASSWORD}", "key Enter", "see [data-users] li"]
+    examiner.walk("sign in", [wrong, [other_way], right])
+    examiner.walk("people", ROOT_WALK)
+    assert examiner.found == []
