@@ -31,6 +31,7 @@ export const COMMON = words({
   reconnecting: ["Connecting again", "Conectando de nuevo"],
   version: ["The service has another version. Reload the page when the robot is at rest.", "El servicio tiene otra versión. Recargue la página cuando el robot esté en reposo."],
   reload: ["Reload", "Recargar"],
+  notLoaded: ["This part of the page could not be loaded. Reload the page when the robot is at rest.", "No se pudo cargar esta parte de la página. Recargue la página cuando el robot esté en reposo."],
   youDrive: ["You drive", "Usted mueve"],
   nobody: ["Nobody drives", "Nadie mueve"],
   someoneDrives: ["{name} drives", "Mueve {name}"],
