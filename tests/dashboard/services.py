@@ -137,6 +137,7 @@ class ServiceProcess(Service):
 
     def __init__(self, folder: Path, options: str) -> None:
         super().__init__(folder)
+        self.environment: dict[str, str] = {}
         self._options = options
         self._stack = ExitStack()
 
@@ -148,6 +149,7 @@ class ServiceProcess(Service):
             "MAYA_STATE_DIR": str(self.folder / "state"),
             "XDG_CONFIG_HOME": str(self.folder / "config"),
             "XDG_STATE_HOME": str(self.folder / "state"),
+            **self.environment,
         }
         self._stack.enter_context(up(self._options, places, port=self.port))
 
@@ -157,7 +159,7 @@ class ServiceProcess(Service):
 
 
 @contextmanager
-def service(folder: Path, options: str) -> Iterator[Service]:
+def service(folder: Path, options: str) -> Iterator[ServiceProcess]:
     """Run a `maya up` while the block runs."""
     made = ServiceProcess(folder, options)
     try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import expect
 
+from maya_un import __version__
 from maya_un.assembly import make_twin
-from tests.dashboard.services import Service, service
+from tests.conventions.source import ROOT
+from tests.dashboard.services import Service, ServiceProcess, service
 from tests.dashboard.tabs import GONE, PATIENCE, SIZES, Tab, stop_in_sight
 from tests.dashboard.test_access import Examiner
 from tests.system.processes import running
@@ -23,7 +26,7 @@ JOB = {"name": "open and close", "steps": [{"gripper": state} for state in GRIPP
 
 
 @pytest.fixture
-def own(tmp_path: Path) -> Iterator[Service]:
+def own(tmp_path: Path) -> Iterator[ServiceProcess]:
     """Return a service that the test may kill."""
     with service(tmp_path, "") as made:
         yield made
@@ -155,3 +158,56 @@ def test_a_decision_can_wait(own: Service, kept_tab: Tab) -> None:
     kept_tab.page.keyboard.press("Escape")
     kept_tab.until("!document.querySelector('[data-recovery]')")
     assert own.ask("GET /v1/queue")["recovery"]["job"] == job
+
+
+NEWER = "0.2.0.newer"
+"""A version that was never published."""
+
+
+def copy_as_newer(folder: Path) -> None:
+    """Copy the packages as another version, whose pages have files of other names, as each build has."""
+    for package in ("dmc41x3", "maya_un"):
+        shutil.copytree(ROOT / "src" / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+    init = folder / "dmc41x3" / "__init__.py"
+    init.write_text(init.read_text(encoding="utf-8").replace(__version__, NEWER), encoding="utf-8")
+    site = folder / "maya_un" / "dashboard" / "site"
+    names = {file.name: file.name.replace("-", "-newer") for file in (site / "assets").iterdir()}
+    for file in [*site.iterdir(), *(site / "assets").iterdir()]:
+        if file.suffix in {".js", ".css", ".html"}:
+            text = file.read_text(encoding="utf-8")
+            for name, other in names.items():
+                text = text.replace(name, other)
+            file.write_text(text, encoding="utf-8")
+        if file.name in names:
+            file.rename(file.with_name(names[file.name]))
+
+
+def test_a_page_of_another_version_says_so_and_is_loaded_again_at_rest(
+    own: ServiceProcess, tab_of: Callable[..., Tab], tmp_path: Path
+) -> None:
+    """It goes on, loses no draft, and says what it cannot load; where browsers allow it, its worker keeps all files."""
+    copy_as_newer(tmp_path / "newer")
+    tab = tab_of(own, service_workers="block")
+    tab.forgive(*GONE, "status of 404", "dynamically imported module", "blocked by Playwright")
+    tab.open("/queue")
+    tab.page.evaluate("window.marked = true")
+    tab.page.fill("[data-yaml]", YAML)
+    own.environment["PYTHONPATH"] = str(tmp_path / "newer")
+    come_back(own, tab)
+    assert own.ask("GET /v1/status")["version"] == NEWER
+    offer = tab.page.locator("[data-new-version]")
+    expect(offer).to_contain_text("another version")
+    expect(tab.page.locator("[data-yaml]")).to_have_value(YAML)
+    own.ask("POST /v1/tasks", {"command": "home"})
+    expect(offer.get_by_role("button")).to_have_count(0)
+    own.ask("POST /v1/stop")
+    expect(offer.get_by_role("button")).to_be_visible()
+    tab.page.click(".rail a[href='/people']")
+    expect(tab.page.locator("[data-not-loaded]")).to_be_visible()
+    assert tab.get("window.marked")
+    offer.get_by_role("button").click()
+    expect(tab.page.locator("[data-lease]")).to_be_visible()
+    expect(offer).to_have_count(0)
+    assert tab.get("window.marked ?? null") is None
+    tab.page.click(".rail a[href='/queue']")
+    expect(tab.page.locator("[data-yaml]")).to_have_value(YAML)
