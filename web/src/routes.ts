@@ -10,19 +10,17 @@ export interface Page {
   words: Words;
   icon: IconName;
   view: Component;
-  /** Whether the page has a place in the rail and in the tabs of a phone. */
-  listed: boolean;
 }
 
 /** All pages. The server answers exactly these paths (src/maya_un/dashboard/pages.py). */
 export const PAGES: readonly Page[] = [
-  { path: "/", words: COMMON.live, icon: "activity", view: Live, listed: true },
-  { path: "/drive", words: COMMON.drive, icon: "move", view: lazy(() => import("./pages/drive/Drive.vue")), listed: false },
-  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: lazy(() => import("./pages/queue/Queue.vue")), listed: true },
-  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: lazy(() => import("./pages/teach/Teach.vue")), listed: true },
-  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: lazy(() => import("./pages/history/History.vue")), listed: true },
-  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: lazy(() => import("./pages/workshop/Workshop.vue")), listed: true },
-  { path: "/people", words: COMMON.people, icon: "users", view: lazy(() => import("./pages/people/People.vue")), listed: true },
+  { path: "/", words: COMMON.live, icon: "activity", view: Live },
+  { path: "/drive", words: COMMON.drive, icon: "move", view: lazy(() => import("./pages/drive/Drive.vue")) },
+  { path: "/queue", words: COMMON.queue, icon: "list-ordered", view: lazy(() => import("./pages/queue/Queue.vue")) },
+  { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: lazy(() => import("./pages/teach/Teach.vue")) },
+  { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: lazy(() => import("./pages/history/History.vue")) },
+  { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: lazy(() => import("./pages/workshop/Workshop.vue")) },
+  { path: "/people", words: COMMON.people, icon: "users", view: lazy(() => import("./pages/people/People.vue")) },
 ];
 
 const path = ref(location.pathname);

@@ -53,6 +53,7 @@ export const COMMON = words({
   column: ["Column", "Columna"],
   notes: ["Notes", "Notas"],
   load: ["× load", "× carga"],
+  needsApproval: ["needs approval", "por aprobar"],
   preview: ["Preview", "Previsualizar"],
   pause: ["Pause", "Pausa"],
   resume: ["Resume", "Reanudar"],

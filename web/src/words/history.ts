@@ -13,7 +13,7 @@ export const HISTORY = words({
   newest: ["Newest first", "Los más nuevos primero"],
   oldest: ["Oldest first", "Los más antiguos primero"],
   filter: ["States", "Estados"],
-  open: ["Open", "Abiertos"],
+  open: ["Not ended", "Sin terminar"],
   done: ["Done", "Hechos"],
   failed: ["Failed", "Fallidos"],
   cancelled: ["Cancelled", "Cancelados"],

@@ -33,7 +33,6 @@ export const QUEUE = words({
   oneStepCount: ["1 step", "1 paso"],
   takes: ["takes {time}", "tarda {time}"],
   took: ["took {time}", "tardó {time}"],
-  proposal: ["proposal", "propuesta"],
   proposalAbout: ["{owner} proposes this job. Look at its steps before you approve it.", "{owner} propone este trabajo. Mire sus pasos antes de aprobarlo."],
   approvedBy: ["Approved by {name}.", "Aprobado por {name}."],
   dependsOn: ["Waits for job {jobs}.", "Espera al trabajo {jobs}."],

@@ -19,7 +19,7 @@ export const DOCTOR = words({
   again: ["Check again", "Comprobar de nuevo"],
   checking: ["Checking the robot, the queue and the computer", "Comprobando el robot, la cola y el ordenador"],
   allGood: ["All checks are good.", "Todas las comprobaciones son buenas."],
-  good: ["Good checks: {count}", "Comprobaciones buenas: {count}"],
+  good: ["{count} checks passed", "{count} comprobaciones en orden"],
   skipped: ["Not checked: {count}", "Sin comprobar: {count}"],
 });
 
