@@ -1,7 +1,7 @@
 import { computed, ref, shallowRef, watch, type Ref } from "vue";
 import { ask } from "../api/ask.ts";
-import type { JobInspection, JobReport, Task } from "../generated/api.ts";
-import { meeting } from "../machine/kinematics.ts";
+import type { JobInspection, JobReport, Point, Task } from "../generated/api.ts";
+import { gripperAt } from "../machine/kinematics.ts";
 import { useAction } from "../state/act.ts";
 import { configuration } from "../state/configuration.ts";
 import { latestEvent } from "../state/robot.ts";
@@ -9,8 +9,6 @@ import { stepOf } from "./job.ts";
 
 /** Samples of the previewed path per motion. */
 const SAMPLES = 24;
-
-type Place = [x: number, y: number, z: number];
 
 /** Previews a task, carries it out, and follows the job that it becomes. A preview counts for its own task only. */
 export function useGoing(task: Ref<Task | null>) {
@@ -23,11 +21,12 @@ export function useGoing(task: Ref<Task | null>) {
   const key = computed(() => JSON.stringify(task.value));
   const preview = computed(() => (foundFor.value === key.value ? found.value : null));
   const ready = computed(() => preview.value !== null && preview.value.preview.refusal === null);
-  const path = computed<Place[]>(() => {
+  /** Gripper points along the previewed motion [m]. */
+  const path = computed<Point[]>(() => {
     const geometry = configuration.value?.geometry;
     if (geometry === undefined) return [];
     const joints = (preview.value?.motions ?? []).flatMap((one) => one.joints);
-    return joints.map((one) => meeting(geometry, ...one)).filter((one) => one !== null);
+    return joints.map((one) => gripperAt(geometry, one)).filter((one) => one !== null);
   });
 
   async function inspect(): Promise<void> {

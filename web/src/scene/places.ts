@@ -3,7 +3,8 @@ import type { Zone } from "../machine/plan.ts";
 import type { PalletInfo, Point, TaughtPose } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
 import { cellOf } from "../state/places.ts";
-import { bodyOf, glass } from "./zones.ts";
+import { empty, glass, lambert, named } from "./materials.ts";
+import { bodyOf } from "./zones.ts";
 
 /** Cells of a pallet beyond this number are not drawn one by one. */
 const MOST_CELLS = 400;
@@ -23,8 +24,7 @@ export class PlacesLayer {
     empty(this.poses);
     for (const { name, point } of poses) {
       if (point === null) continue;
-      const ball = new THREE.Mesh(new THREE.OctahedronGeometry(0.025), new THREE.MeshLambertMaterial({ color: token("c3") }));
-      ball.userData["token"] = "c3";
+      const ball = named(new THREE.Mesh(new THREE.OctahedronGeometry(0.025), lambert("c3")), "c3");
       ball.position.set(...point);
       const text = label(name);
       text.position.set(point[0], point[1], point[2] + 0.07);
@@ -38,16 +38,14 @@ export class PlacesLayer {
     for (const pallet of pallets) {
       if (pallet.corners === null || pallet.corners.length < 4) continue;
       const around = [0, 1, 3, 2].map((i) => new THREE.Vector3(...(pallet.corners?.[i] as Point)));
-      const edge = new THREE.LineLoop(new THREE.BufferGeometry().setFromPoints(around), new THREE.LineBasicMaterial({ color: token("c3") }));
-      edge.userData["token"] = "c3";
+      const edge = named(new THREE.LineLoop(new THREE.BufferGeometry().setFromPoints(around), new THREE.LineBasicMaterial({ color: token("c3") })), "c3");
       const text = label(pallet.name);
       text.position.copy(around[0]!).add(new THREE.Vector3(0, 0, 0.05));
       this.pallets.add(edge, text);
       if (pallet.rows * pallet.columns > MOST_CELLS) continue;
       for (let row = 1; row <= pallet.rows; row++) {
         for (let column = 1; column <= pallet.columns; column++) {
-          const dot = new THREE.Mesh(new THREE.SphereGeometry(0.008, 8, 6), new THREE.MeshLambertMaterial({ color: token("c3") }));
-          dot.userData["token"] = "c3";
+          const dot = named(new THREE.Mesh(new THREE.SphereGeometry(0.008, 8, 6), lambert("c3")), "c3");
           dot.position.set(...(cellOf(pallet, row, column) as Point));
           this.pallets.add(dot);
         }
@@ -59,23 +57,13 @@ export class PlacesLayer {
   setDraft(zone: Zone | null): void {
     empty(this.draft);
     if (zone !== null) {
-      const body = bodyOf(zone, glass(token("accent"), 0.35));
-      body.userData["token"] = "accent";
-      const edges = new THREE.LineSegments(new THREE.EdgesGeometry(body.geometry, 30), new THREE.LineBasicMaterial({ color: token("accent") }));
-      edges.userData["token"] = "accent";
+      const body = named(bodyOf(zone, glass(token("accent"), 0.35)), "accent");
+      const edges = named(new THREE.LineSegments(new THREE.EdgesGeometry(body.geometry, 30), new THREE.LineBasicMaterial({ color: token("accent") })), "accent");
       edges.position.copy(body.position);
       edges.quaternion.copy(body.quaternion);
       this.draft.add(body, edges);
     }
     this.changed();
-  }
-}
-
-function empty(group: THREE.Group): void {
-  for (const one of [...group.children]) {
-    group.remove(one);
-    if (one instanceof THREE.Sprite) one.material.map?.dispose();
-    if (one instanceof THREE.Mesh || one instanceof THREE.Line) one.geometry.dispose();
   }
 }
 

@@ -1,14 +1,20 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import type { Config, MotionView, State, WorkspaceShape } from "../generated/api.ts";
+import type { Config, MotionView, Point, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
-import { meeting } from "../machine/kinematics.ts";
 import type { Zone } from "../machine/plan.ts";
 import { colourOf } from "./colours.ts";
+import { Figure } from "./figure.ts";
+import { Ghost, type Ahead } from "./ghost.ts";
+import { dashed, fill, solid } from "./line.ts";
+import { empty, free, glass, lambert, named } from "./materials.ts";
 import { PlacesLayer } from "./places.ts";
-import { bodyOf, glass } from "./zones.ts";
+import { bodyOf } from "./zones.ts";
 
 export type View = "perspective" | "top" | "side";
+
+/** What can be switched on and off. */
+export type Layer = "workspace" | "trace" | "path" | "next";
 
 /** What the picture needs of a state. One that is not `moving` is drawn as it is, and never continued. */
 export type Pose = Pick<State, "joints" | "point" | "velocity" | "moving" | "gripper_closed">;
@@ -27,19 +33,17 @@ export class RobotView {
   private readonly scene = new THREE.Scene();
   private readonly camera = new THREE.PerspectiveCamera(38, 1, 0.05, 30);
   private readonly controls: OrbitControls;
-  private readonly boom = new THREE.Group();
-  private readonly gripper = new THREE.Group();
-  private readonly lines: [THREE.Mesh, THREE.Mesh];
-  private readonly lineMaterials: [THREE.MeshLambertMaterial, THREE.MeshLambertMaterial];
-  private readonly plumb: THREE.Line;
-  private readonly trace: THREE.Line;
-  private readonly planned: THREE.Line;
+  private readonly figure: Figure;
+  private readonly ghost: Ghost;
+  private readonly next = new THREE.Group();
+  private readonly plumb = named(dashed(2), "ink-3");
+  private readonly trace = named(solid(MOST_TRACE), "accent");
+  private readonly planned = named(dashed(64), "ink");
   private readonly workspace = new THREE.Group();
   private readonly zones = new THREE.Group();
   private readonly parts = new THREE.Group();
   /** Taught places, and a zone that is being entered. */
   readonly places = new PlacesLayer(() => this.request());
-  private fingers: THREE.Mesh[] = [];
   private readonly track: { at: number; x: number; y: number; z: number }[] = [];
   private latest: { state: Pose; at: number } | null = null;
   private given: readonly (readonly [number, number, number])[] | null = null;
@@ -64,13 +68,11 @@ export class RobotView {
     this.controls.maxDistance = 8;
     this.controls.minDistance = 0.3;
     this.controls.addEventListener("change", () => this.request());
-    this.lineMaterials = [lambert("c2"), lambert("c2")];
-    this.lines = [rope(this.lineMaterials[0]), rope(this.lineMaterials[1])];
-    this.plumb = dashed(2);
-    this.planned = dashed(64);
-    this.trace = new THREE.Line(buffered(MOST_TRACE), new THREE.LineBasicMaterial());
+    this.figure = new Figure(config.geometry, lambert);
+    this.ghost = new Ghost(config.geometry);
+    this.next.add(this.ghost.group);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x445566, 2.2), sun());
-    this.scene.add(this.boom, this.gripper, ...this.lines, this.plumb, this.planned, this.trace, this.workspace, this.zones, this.parts, this.places.group);
+    this.scene.add(this.figure.group, this.plumb, this.planned, this.trace, this.next, this.workspace, this.zones, this.parts, this.places.group);
     this.build();
     this.paint();
     this.show("perspective");
@@ -84,10 +86,9 @@ export class RobotView {
     cancelAnimationFrame(this.asked);
     this.observer.disconnect();
     this.controls.dispose();
-    this.scene.traverse((one) => {
-      if (one instanceof THREE.Mesh || one instanceof THREE.Line) one.geometry.dispose();
-    });
+    free(this.scene);
     this.renderer.dispose();
+    this.renderer.forceContextLoss(); // browsers keep few contexts, and free them late
   }
 
   /** Shows a state; null when the connection is lost. Before homing the lines and the gripper have no known place. */
@@ -97,6 +98,7 @@ export class RobotView {
     if (state?.point && this.given === null && this.placeChanged(state)) {
       const [x, y, z] = state.point;
       this.track.push({ at: performance.now(), x, y, z });
+      this.shorten(); // a hidden page draws nothing for hours
     }
     if (state === null && before === null) return;
     this.request();
@@ -121,9 +123,15 @@ export class RobotView {
     this.request();
   }
 
+  /** Draws the ghost of a motion that has not begun. Returns where it stands [m]; null if there is nothing to draw. */
+  setAhead(ahead: Ahead | null): Point | null {
+    this.request();
+    return this.ghost.show(ahead);
+  }
+
   /** Draws the parts on the table, by name. */
   setParts(parts: Record<string, readonly number[] | null>): void {
-    this.parts.clear();
+    empty(this.parts);
     for (const [name, place] of Object.entries(parts)) {
       if (place === null) continue;
       const block = new THREE.Mesh(new THREE.BoxGeometry(0.04, 0.04, 0.04), new THREE.MeshLambertMaterial({ color: colourOf(name) }));
@@ -138,20 +146,18 @@ export class RobotView {
 
   /** Draws the shape of the workspace as glass: its section turned about axis a, and its two ends. */
   setWorkspace(shape: WorkspaceShape | null): void {
-    this.workspace.clear();
+    empty(this.workspace);
     if (shape !== null) {
       const [from, to] = shape.boom;
       const outline = shape.outline.map(([d, z]) => new THREE.Vector2(Math.max(0, d), z));
       const first = outline[0];
       if (first !== undefined) outline.push(first.clone());
-      const glass = new THREE.Mesh(
-        new THREE.LatheGeometry(outline, 48, from, to - from),
-        new THREE.MeshLambertMaterial({ color: token("accent"), transparent: true, opacity: Number(token("glass")), side: THREE.DoubleSide, depthWrite: false }),
-      );
+      const body = new THREE.Mesh(new THREE.LatheGeometry(outline, 48, from, to - from), glass(token("accent"), Number(token("glass"))));
+      body.material.side = THREE.DoubleSide;
       // A lathe turns about y, from z to x; the boom turns about z, from y to x. The scale swaps both.
-      glass.rotation.set(Math.PI / 2, 0, 0);
-      glass.scale.z = -1;
-      this.workspace.add(glass);
+      body.rotation.set(Math.PI / 2, 0, 0);
+      body.scale.z = -1;
+      this.workspace.add(body);
       for (const a of [from, to]) {
         const edge = new THREE.BufferGeometry().setFromPoints(
           outline.map((one) => new THREE.Vector3(one.x * Math.sin(a), one.x * Math.cos(a), one.y)),
@@ -164,17 +170,15 @@ export class RobotView {
 
   /** Draws the zones to keep out of. */
   setZones(zones: readonly Zone[]): void {
-    this.zones.clear();
+    empty(this.zones);
     for (const zone of zones) {
-      const body = bodyOf(zone, glass(token("warn"), 0.22));
-      body.userData["token"] = "warn";
-      this.zones.add(body);
+      this.zones.add(named(bodyOf(zone, glass(token("warn"), 0.22)), "warn"));
     }
     this.request();
   }
 
-  toggle(layer: "workspace" | "trace" | "path", shown: boolean): void {
-    ({ workspace: this.workspace, trace: this.trace, path: this.planned })[layer].visible = shown;
+  toggle(layer: Layer, shown: boolean): void {
+    ({ workspace: this.workspace, trace: this.trace, path: this.planned, next: this.next })[layer].visible = shown;
     this.request();
   }
 
@@ -183,7 +187,7 @@ export class RobotView {
     const middle = new THREE.Vector3(length * 0.36, length * 0.36, height * 0.52);
     this.camera.fov = this.camera.aspect < 1 ? 50 : 38;
     const radius = Math.hypot(length * 0.5, height * 0.46);
-    const far = radius / Math.sin(((this.camera.fov / 2) * Math.PI) / 180) / Math.min(1, this.camera.aspect * 1.15);
+    const far = radius / Math.sin(((this.camera.fov / 2) * Math.PI) / 180) / Math.min(1, this.camera.aspect * 0.95);
     const from = {
       perspective: new THREE.Vector3(1.15, 1.25, 0.62),
       top: new THREE.Vector3(0, -0.001, 1),
@@ -214,7 +218,7 @@ export class RobotView {
   }
 
   private build(): void {
-    const { height, length, delta } = this.config.geometry;
+    const { height, length } = this.config.geometry;
     const side = length * 1.25;
     const table = tinted(new THREE.BoxGeometry(side, side, 0.03), "table");
     table.position.set(side / 2 - 0.3, side / 2 - 0.3, -0.016);
@@ -226,28 +230,6 @@ export class RobotView {
     foot.rotation.x = Math.PI / 2;
     foot.position.z = 0.025;
     this.scene.add(mast, foot);
-    const beam = tinted(new THREE.BoxGeometry(0.07, length + 0.12, 0.07), "boom");
-    beam.position.set(0, length / 2, height + 0.06);
-    this.boom.add(beam);
-    for (const d of [delta, length]) {
-      const pulley = tinted(new THREE.TorusGeometry(0.03, 0.012, 10, 20), "steel");
-      pulley.position.set(0, d, height);
-      pulley.rotation.y = Math.PI / 2;
-      this.boom.add(pulley);
-    }
-    const body = tinted(new THREE.CylinderGeometry(0.022, 0.022, this.config.geometry.gripper_height * 0.6, 16), "accent");
-    body.rotation.x = Math.PI / 2;
-    body.position.z = this.config.geometry.gripper_height * 0.7;
-    this.gripper.add(body);
-    for (const sign of [-1, 1]) {
-      const finger = tinted(new THREE.BoxGeometry(0.012, 0.02, this.config.geometry.gripper_height * 0.4), "boom");
-      finger.position.set(sign * 0.03, 0, this.config.geometry.gripper_height * 0.2);
-      this.fingers.push(finger);
-      this.gripper.add(finger);
-    }
-    this.plumb.userData["token"] = "ink-3";
-    this.planned.userData["token"] = "ink";
-    this.trace.userData["token"] = "accent";
   }
 
   private resize(): void {
@@ -282,28 +264,17 @@ export class RobotView {
   private pose(): boolean {
     const latest = this.latest;
     const known = latest?.state.point && latest.state.joints;
-    this.gripper.visible = this.lines[0].visible = this.lines[1].visible = this.plumb.visible = Boolean(known);
+    this.figure.known = this.plumb.visible = Boolean(known);
     if (!latest || !known) return false;
     const { joints, velocity } = latest.state;
     if (!joints) return false;
     const ahead = Math.min((performance.now() - latest.at) / 1000, FORESIGHT) * this.clockSpeed;
     const speeds = latest.state.moving ? velocity : [0, 0, 0];
-    const [a, b, c] = [0, 1, 2].map((i) => (joints[i as 0] ?? 0) + (speeds[i] ?? 0) * ahead) as [number, number, number];
-    const met = meeting(this.config.geometry, a, b, c);
-    if (met === null) return false;
-    const place = new THREE.Vector3(...met);
-    this.boom.rotation.z = -a;
-    const { height, delta, length, gripper_height: hang } = this.config.geometry;
-    [delta, length].forEach((d, i) => {
-      const line = this.lines[i as 0 | 1];
-      stretch(line, new THREE.Vector3(d * Math.sin(a), d * Math.cos(a), height), place);
-      this.lineMaterials[i as 0 | 1].color.copy(this.colourOfTension(i as 0 | 1));
-    });
-    this.gripper.position.set(place.x, place.y, place.z - hang);
-    this.gripper.rotation.z = -a;
-    const gap = latest.state.gripper_closed ? 0.018 : 0.034;
-    this.fingers.forEach((finger, i) => (finger.position.x = i === 0 ? -gap : gap));
-    fill(this.plumb, [[place.x, place.y, place.z - hang], [place.x, place.y, 0]]);
+    const place = this.figure.pose(...([0, 1, 2].map((i) => (joints[i as 0] ?? 0) + (speeds[i] ?? 0) * ahead) as Point));
+    if (place === null) return false;
+    this.figure.closed = latest.state.gripper_closed;
+    this.figure.lines.forEach((line, i) => line.material.color.copy(this.colourOfTension(i as 0 | 1)));
+    fill(this.plumb, [place, [place[0], place[1], 0]]);
     this.plumb.computeLineDistances();
     this.drawTrace();
     return latest.state.moving && performance.now() - latest.at < FORESIGHT * 1000;
@@ -316,13 +287,17 @@ export class RobotView {
     return calm.lerp(new THREE.Color(token("stop")), Math.min(1, Math.max(0, (value - 0.7) / Math.max(0.1, limit - 0.7))));
   }
 
+  private shorten(): void {
+    const since = performance.now() - TRACE_SECONDS * 1000;
+    while (this.track.length > MOST_TRACE || (this.track[0]?.at ?? since) < since) this.track.shift();
+  }
+
   private drawTrace(): void {
     if (this.given !== null) {
       fill(this.trace, this.given);
       return;
     }
-    const since = performance.now() - TRACE_SECONDS * 1000;
-    while (this.track.length > MOST_TRACE || (this.track[0]?.at ?? since) < since) this.track.shift();
+    this.shorten();
     fill(this.trace, this.track.map((one) => [one.x, one.y, one.z]));
   }
 }
@@ -338,46 +313,8 @@ function sun(): THREE.DirectionalLight {
   return light;
 }
 
-function lambert(name: string): THREE.MeshLambertMaterial {
-  return new THREE.MeshLambertMaterial({ color: token(name) });
-}
-
 function tinted(geometry: THREE.BufferGeometry, name: string): THREE.Mesh {
-  const mesh = new THREE.Mesh(geometry, lambert(name));
-  mesh.userData["token"] = name;
-  return mesh;
-}
-
-function rope(material: THREE.Material): THREE.Mesh {
-  return new THREE.Mesh(new THREE.CylinderGeometry(0.006, 0.006, 1, 8), material);
-}
-
-function stretch(line: THREE.Mesh, from: THREE.Vector3, to: THREE.Vector3): void {
-  const way = new THREE.Vector3().subVectors(to, from);
-  line.position.copy(from).addScaledVector(way, 0.5);
-  line.scale.set(1, way.length(), 1);
-  line.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), way.normalize());
-}
-
-function buffered(most: number): THREE.BufferGeometry {
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(most * 3), 3));
-  geometry.setDrawRange(0, 0);
-  return geometry;
-}
-
-function dashed(most: number): THREE.Line {
-  return new THREE.Line(buffered(most), new THREE.LineDashedMaterial({ dashSize: 0.02, gapSize: 0.015 }));
-}
-
-/** Replaces the points of a line, as far as its buffer holds them. */
-function fill(line: THREE.Line, points: readonly (readonly [number, number, number])[]): void {
-  const position = line.geometry.getAttribute("position") as THREE.BufferAttribute;
-  const count = Math.min(points.length, position.count);
-  for (let i = 0; i < count; i++) position.setXYZ(i, ...(points[i] as [number, number, number]));
-  line.geometry.setDrawRange(0, count);
-  position.needsUpdate = true;
-  line.frustumCulled = false;
+  return named(new THREE.Mesh(geometry, lambert(name)), name);
 }
 
 function grid(side: number, step: number, name: string, opacity: number): THREE.LineSegments {
@@ -387,10 +324,6 @@ function grid(side: number, step: number, name: string, opacity: number): THREE.
     points.push(new THREE.Vector3(from, at, 0.001), new THREE.Vector3(to, at, 0.001));
     points.push(new THREE.Vector3(at, from, 0.001), new THREE.Vector3(at, to, 0.001));
   }
-  const lines = new THREE.LineSegments(
-    new THREE.BufferGeometry().setFromPoints(points),
-    new THREE.LineBasicMaterial({ transparent: true, opacity }),
-  );
-  lines.userData["token"] = name;
-  return lines;
+  const geometry = new THREE.BufferGeometry().setFromPoints(points);
+  return named(new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ transparent: true, opacity })), name);
 }

@@ -25,8 +25,3 @@ export function bodyOf(zone: Zone, material: THREE.Material): THREE.Mesh {
   plate.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...zone.normal).normalize());
   return plate;
 }
-
-/** Returns transparent paint. */
-export function glass(colour: string, opacity: number): THREE.MeshLambertMaterial {
-  return new THREE.MeshLambertMaterial({ color: colour, transparent: true, opacity, depthWrite: false });
-}

@@ -7,6 +7,8 @@ export const DRIVE = words({
   keys: ["Keys", "Teclas"],
   views: ["Ways to drive", "Maneras de mover"],
   plan: ["Plan view", "Vista en planta"],
+  pictures: ["Picture", "Imagen"],
+  space: ["3D", "3D"],
   planLabel: [
     "Plan view. Arrow keys move the target by 10 mm, with Shift by 1 mm. The target is at x {x}, y {y}.",
     "Vista en planta. Las flechas mueven el destino 10 mm; con Mayús, 1 mm. El destino está en x {x}, y {y}.",
