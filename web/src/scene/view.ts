@@ -184,17 +184,18 @@ export class RobotView {
 
   show(view: View): void {
     const { height, length } = this.config.geometry;
-    const middle = new THREE.Vector3(length * 0.36, length * 0.36, height * 0.52);
-    this.camera.fov = this.camera.aspect < 1 ? 50 : 38;
-    const radius = Math.hypot(length * 0.5, height * 0.46);
-    const far = radius / Math.sin(((this.camera.fov / 2) * Math.PI) / 180) / Math.min(1, this.camera.aspect * 0.95);
+    const { minimum = 0, maximum = 0 } = this.config.axes?.["a"] ?? {};
+    const ends = [0, 1 / 3, 2 / 3, 1].map((share) => minimum + share * (maximum - minimum));
+    const whole = ends.map((a) => new THREE.Vector3(length * Math.sin(a), length * Math.cos(a), height + 0.1)).concat(new THREE.Vector3());
     const from = {
       perspective: new THREE.Vector3(1.15, 1.25, 0.62),
       top: new THREE.Vector3(0, -0.001, 1),
       side: new THREE.Vector3(1, -0.001, 0.02),
     }[view].normalize();
+    this.camera.fov = this.camera.aspect < 1 ? 50 : 38;
+    const { middle, distance } = framed(whole, from, this.camera);
     this.controls.target.copy(middle);
-    this.camera.position.copy(middle).addScaledVector(from, far);
+    this.camera.position.copy(middle).addScaledVector(from, distance);
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.request();
@@ -300,6 +301,23 @@ export class RobotView {
     this.shorten();
     fill(this.trace, this.track.map((one) => [one.x, one.y, one.z]));
   }
+}
+
+/** Returns where a camera that looks from the direction `from` looks at, and its distance, so that it sees all points. */
+function framed(points: THREE.Vector3[], from: THREE.Vector3, camera: THREE.PerspectiveCamera): { middle: THREE.Vector3; distance: number } {
+  const right = new THREE.Vector3().crossVectors(camera.up, from).normalize();
+  const up = new THREE.Vector3().crossVectors(from, right);
+  const middle = new THREE.Vector3();
+  for (const axis of [right, up, from]) {
+    const places = points.map((point) => point.dot(axis));
+    middle.addScaledVector(axis, (Math.min(...places) + Math.max(...places)) / 2);
+  }
+  const high = Math.tan(((camera.fov / 2) * Math.PI) / 180) / 1.1; // some room at the borders
+  const needed = points.map((point) => {
+    const away = point.clone().sub(middle);
+    return away.dot(from) + Math.max(Math.abs(away.dot(right)) / (high * camera.aspect), Math.abs(away.dot(up)) / high);
+  });
+  return { middle, distance: Math.max(...needed) };
 }
 
 function rendererName(context: WebGL2RenderingContext): string {
