@@ -135,16 +135,19 @@ class Service(ABC):
 class ServiceProcess(Service):
     """A `maya up` of its own, which can be killed as by a power cut."""
 
-    def __init__(self, folder: Path, options: str) -> None:
+    def __init__(self, folder: Path, options: str, settings: str = "") -> None:
         super().__init__(folder)
         self.environment: dict[str, str] = {}
+        self._config = folder / "maya.toml" if settings else ""
+        if settings:
+            (folder / "maya.toml").write_text(settings, encoding="utf-8")
         self._options = options
         self._stack = ExitStack()
 
     def start(self) -> None:
         """Start it, and return when it answers."""
         places = {
-            "MAYA_CONFIG": "",
+            "MAYA_CONFIG": str(self._config),
             "MAYA_RUNTIME_DIR": str(self.folder / "run"),
             "MAYA_STATE_DIR": str(self.folder / "state"),
             "XDG_CONFIG_HOME": str(self.folder / "config"),
@@ -159,9 +162,9 @@ class ServiceProcess(Service):
 
 
 @contextmanager
-def service(folder: Path, options: str) -> Iterator[ServiceProcess]:
-    """Run a `maya up` while the block runs."""
-    made = ServiceProcess(folder, options)
+def service(folder: Path, options: str, settings: str = "") -> Iterator[ServiceProcess]:
+    """Run a `maya up` while the block runs; `settings` is the text of its configuration."""
+    made = ServiceProcess(folder, options, settings)
     try:
         made.start()
         yield made

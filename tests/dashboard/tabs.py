@@ -48,6 +48,13 @@ VIOLATIONS = (
 )
 
 
+VISIBILITY = """(hidden) => {
+    Object.defineProperty(document, 'hidden', { configurable: true, get: () => hidden });
+    document.dispatchEvent(new Event('visibilitychange'));
+}"""
+"""The browser of the tests shows all its tabs."""
+
+
 class Tab:
     """A tab with the dashboard. `problems` are its console errors, its exceptions, and its requests to elsewhere."""
 
@@ -109,6 +116,14 @@ class Tab:
     def leave(self) -> None:
         """Let requests to elsewhere pass: the tab shows a page of another site."""
         self._home = ("",)
+
+    def allow(self, url: str) -> None:
+        """Let requests to another address pass: that of a camera."""
+        self._home = (*self._home, url)
+
+    def hide(self, hidden: bool = True) -> None:
+        """Tell the page that nobody sees it, or that somebody does."""
+        self.page.evaluate(VISIBILITY, hidden)
 
     def _reached(self, url: str) -> None:
         self.addresses.append(url)

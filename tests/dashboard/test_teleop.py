@@ -21,11 +21,6 @@ ATTEMPTS = 5
 PRESSED = ".key.down"
 """The key that is held."""
 
-HIDE = """
-    Object.defineProperty(document, 'hidden', { configurable: true, get: () => true });
-    document.dispatchEvent(new Event('visibilitychange'));
-"""
-
 ANOTHER_PAGE = "document.querySelector('.rail a[href$=queue]').click()"
 
 ENDS: dict[str, Callable[[Tab], object]] = {
@@ -33,7 +28,7 @@ ENDS: dict[str, Callable[[Tab], object]] = {
     "pointer cancelled": lambda tab: tab.page.dispatch_event(PRESSED, "pointercancel"),
     "capture lost": lambda tab: tab.page.dispatch_event(PRESSED, "lostpointercapture"),
     "window without focus": lambda tab: tab.page.evaluate("dispatchEvent(new Event('blur'))"),
-    "tab hidden": lambda tab: tab.page.evaluate(HIDE),
+    "tab hidden": lambda tab: tab.hide(),
     "another page of the dashboard": lambda tab: tab.page.evaluate(ANOTHER_PAGE),
     "another document": lambda tab: tab.page.goto("about:blank"),
     "tab closed": lambda tab: tab.page.close(),

@@ -187,6 +187,10 @@ class CameraConfig(ConfigSection):
             description="address of the camera's picture, http or https; default: none",
         ),
     ] = ""
+    kind: Annotated[
+        Literal["stream", "snapshot"],
+        Field(description="stream: the address sends one picture after the other (MJPEG); snapshot: it sends one picture"),
+    ] = "stream"
 
 
 class RecorderConfig(ConfigSection):

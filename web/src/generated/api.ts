@@ -114,6 +114,7 @@ export interface CalibrationView {
 
 export interface CameraConfig {
   url: string;
+  kind: "stream" | "snapshot";
 }
 
 export interface CellConfig {

@@ -1,0 +1,121 @@
+"""The picture of a camera on the page Live: a stream, snapshots, and what the page does when the camera does not answer."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from tests.dashboard.cameras import CameraServer, camera_server
+from tests.dashboard.services import Service, service
+from tests.dashboard.tabs import Tab
+from tests.waiting import eventually
+
+SIGHT = "document.querySelector('[data-camera]')?.dataset.sight"
+PERIOD = 0.5
+"""The shortest time between two requests for snapshots [s] (web/src/pages/live/camera.ts)."""
+
+COLOURS = {(255, 0, 0): "red", (0, 128, 0): "green", (0, 0, 255): "blue"}
+
+
+@pytest.fixture
+def camera() -> Iterator[CameraServer]:
+    """Return a camera."""
+    with camera_server() as made:
+        yield made
+
+
+@pytest.fixture
+def filmed(camera: CameraServer, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Service]:
+    """Return a service with this camera, whose kind is the parameter."""
+    settings = f'[camera]\nurl = "{camera.url}/{request.param}"\nkind = "{request.param}"\n'
+    with service(tmp_path, "--journal memory", settings) as made:
+        yield made
+
+
+@pytest.fixture
+def watching(filmed: Service, camera: CameraServer, tab_of: Callable[..., Tab]) -> Tab:
+    """Return a tab that shows it."""
+    tab = tab_of(filmed)
+    tab.allow(camera.url)
+    tab.open("/")
+    return tab
+
+
+def colour_of(tab: Tab) -> str:
+    """Return the colour in the middle of the camera's picture."""
+    shot = Image.open(io.BytesIO(tab.page.locator("[data-camera]").screenshot())).convert("RGB")
+    pixel = shot.getpixel((shot.width // 2, shot.height // 2))
+    assert isinstance(pixel, tuple)
+    return COLOURS.get(pixel[:3], str(pixel))
+
+
+def shows(tab: Tab, colour: str) -> None:
+    """Wait until the camera's picture has a colour."""
+    eventually(lambda: colour_of(tab) == colour, f"a {colour} picture", 30.0, lambda: colour_of(tab) + tab.text())
+
+
+@pytest.mark.parametrize("filmed", ["stream"], indirect=True)
+def test_a_stream_that_hangs_holds_nothing_and_comes_back(
+    filmed: Service, camera: CameraServer, watching: Tab
+) -> None:
+    shows(watching, "red")
+    assert watching.get(SIGHT) == "live"
+    camera.colour = "green"
+    shows(watching, "green")
+    camera.mood = "hanging"
+    watching.until(f"{SIGHT} === 'silent'")
+    assert "has not answered since" in watching.page.locator("[data-camera]").inner_text()
+    assert colour_of(watching) not in COLOURS.values()  # the last picture turns grey
+    assert watching.get("document.readyState") == "complete"
+    watching.page.click("button.stop >> visible=true")
+    watching.until("document.querySelector('[data-stopped]').innerText.includes('at rest')")
+    camera.mood, camera.colour = "well", "blue"
+    shows(watching, "blue")
+    assert watching.get(SIGHT) == "live"
+    eventually(lambda: camera.open == 1, "one request at a time")
+    camera.mood = "ending"
+    eventually(lambda: camera.open == 0, "the end of the stream")
+    camera.mood, camera.colour = "well", "red"
+    shows(watching, "red")
+    watching.hide()
+    eventually(lambda: camera.open == 0, "a hidden page has no stream")
+    watching.hide(False)
+    eventually(lambda: camera.open == 1, "a page in view has one")
+    watching.page.click(".rail a[href='/queue']")
+    eventually(lambda: camera.open == 0, "another page has none")
+
+
+@pytest.mark.parametrize("filmed", ["snapshot"], indirect=True)
+def test_a_snapshot_is_requested_after_the_answer_to_the_one_before(
+    filmed: Service, camera: CameraServer, watching: Tab
+) -> None:
+    shows(watching, "red")
+    camera.colour = "green"
+    shows(watching, "green")
+    camera.delay = 2 * PERIOD
+    before = len(camera.asked)
+    eventually(lambda: len(camera.asked) > before + 3, "four requests")
+    assert camera.most == 1
+    waits = [later - one for one, later in pairwise(camera.asked)]
+    assert min(waits) > 0.9 * PERIOD
+    assert min(waits[before:]) > 0.9 * camera.delay
+    watching.hide()
+    eventually(lambda: camera.open == 0, "the end of the last request")
+    asked = len(camera.asked)
+    filmed.at(filmed.state["time"] + 2.0)
+    assert len(camera.asked) == asked
+    camera.mood = "hanging"
+    watching.hide(False)
+    watching.until(f"{SIGHT} === 'silent'")
+    camera.mood, camera.delay, camera.colour = "well", 0.0, "blue"
+    shows(watching, "blue")
+
+
+def test_without_a_camera_there_is_no_place_for_one(tab: Tab) -> None:
+    tab.until("document.querySelector('[data-scene]')?.dataset.drawn")
+    assert tab.get("document.querySelector('[data-camera]') === null")
