@@ -1,4 +1,4 @@
-"""Draws docs/images/dashboard: each page of the dashboard on phone, tablet and desktop, in the light and the dark theme.
+"""Draws docs/images/dashboard: each page of the dashboard on phone, tablet and desktop, in both themes.
 
 It needs Chromium, and looks at the real thing: a `maya up` with users, jobs, poses and a running job.
 """
@@ -52,7 +52,7 @@ def main() -> int:
         with service(Path(folder), "--speed 20 --table examples/02_sort_grid.yaml") as robot:
             prepare(robot)
             for path in PAGES:
-                screens = {key: shot for key, shot in shots(browser, robot, path)}
+                screens = dict(shots(browser, robot, path))
                 sheet(list(screens.values())).save(IMAGES / f"{path.strip('/') or 'live'}.webp", quality=82, method=6)
                 for name, (of, *key) in SINGLE.items():
                     if of == path:
