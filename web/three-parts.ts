@@ -1,9 +1,9 @@
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readFileSync, realpathSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import type { Plugin } from "vite";
 
-const THREE = join(dirname(fileURLToPath(import.meta.url)), "node_modules/three/src");
+const THREE = realpathSync(join(dirname(fileURLToPath(import.meta.url)), "node_modules/three/src"));
 const SHADERS = join(THREE, "renderers/shaders");
 
 /** The materials in src/scene, with the names of their shaders. */
@@ -61,20 +61,28 @@ function stripped(source: string): string {
  * of a material that is not in `MATERIALS` are not drawn; a test compares them with src/scene.
  */
 export function threeParts(): Plugin {
-  const needed = included();
+  let needed = new Set<string>();
+  const missing = new Set(Object.keys(REPLACED));
   return {
     name: "three-parts",
     apply: "build",
     enforce: "pre",
     config: () => ({ resolve: { alias: [{ find: /^three$/, replacement: join(THREE, "Three.js") }] } }),
+    buildStart() {
+      needed = included();
+    },
     load(id) {
       if (!id.startsWith(THREE)) return undefined;
       const name = id.slice(THREE.length + 1);
+      missing.delete(name);
       if (name in REPLACED) return REPLACED[name];
       const [, folder, shader = ""] = /^renderers\/shaders\/(ShaderChunk|ShaderLib)\/(\w+)\.glsl\.js$/.exec(name) ?? [];
       if (folder === "ShaderChunk" && !needed.has(shader)) return "export default '';";
       if (folder === "ShaderLib" && !Object.values(MATERIALS).includes(shader)) return "export const vertex = '', fragment = '';";
       return folder === undefined ? undefined : stripped(readFileSync(id, "utf-8"));
+    },
+    buildEnd(failure) {
+      if (failure === undefined && missing.size > 0) this.error(`three.js has no ${[...missing].join(", ")}`);
     },
   };
 }
