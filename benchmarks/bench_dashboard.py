@@ -18,6 +18,7 @@ import urllib.request
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
+from typing import Any
 
 from bench_memory import resident
 from harness import Case, Figure, Goal, Sample, measure, report
@@ -35,6 +36,9 @@ SECONDS = 3.0
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
+TO_AND_FRO = {"name": "to and fro", "steps": [{"move": place} for place in ([0.5, 1.4, 1.5], [1.2, 1.5, 1.4])]}
+"""A job that ends where it begins, so it takes as long each time."""
+
 SUBSCRIPTION = {
     "type": "subscribe",
     "state": {"rate": RATE},
@@ -98,6 +102,15 @@ class Viewers:
         self.leave()
         return found
 
+    def duration(self, url: str, count: int, stalled: int) -> float:
+        """Return the time that a job takes on the robot's clock while clients look on [s]."""
+        self._loop.run_until_complete(self._enter(count, stalled))
+        number = asked(url, "POST", "/v1/jobs", TO_AND_FRO)["id"]
+        while (report := asked(url, "GET", f"/v1/jobs/{number}"))["state"] != "done":
+            self._loop.run_until_complete(asyncio.sleep(0.1))
+        self.leave()
+        return float(report["duration"])
+
     def leave(self) -> None:
         """Close all connections."""
         for transport in self._open:
@@ -114,6 +127,15 @@ class Viewers:
             if number >= count:
                 transport.pause_reading()
             self._open.append(transport)
+
+
+def asked(url: str, method: str, path: str, body: object = None) -> dict[str, Any]:
+    """Return the answer to a request."""
+    data = None if body is None else json.dumps(body).encode()
+    request = urllib.request.Request(f"{url}{path}", data, {"Content-Type": "application/json"}, method=method)
+    with urllib.request.urlopen(request, timeout=30.0) as answer:
+        found: dict[str, Any] = json.load(answer)
+    return found
 
 
 def painted(browser: Browser, url: str) -> float:
@@ -208,13 +230,37 @@ def served() -> list[Figure]:
                 "ms",
                 Goal(10.0, "stop, nobody looks", "over"),
             ),
+            Case(
+                f"stop, {VIEWERS} viewers and 5 that do not read, by itself",
+                resumed(running, lambda: viewers.stop(url, VIEWERS, 5)),
+                "ms",
+                Goal(50.0),
+            ),
             Case("memory that the files of the pages take", files_in_memory, "MB", Goal(5.0)),
         ]
         return measure(cases, rounds=5, by=median)
 
 
+def worked() -> list[Figure]:
+    """Return how long the robot works."""
+    with service("--speed", "20") as running:
+        subprocess.run([MAYA, "home"], env=running.environment, capture_output=True, check=True)
+        viewers, url = Viewers(running.url), running.url
+        nobody = "job on the twin's clock, nobody looks"
+        cases = [
+            Case(nobody, lambda: viewers.duration(url, 0, 0), "s"),
+            Case(
+                f"job, {VIEWERS} viewers and 5 that do not read",
+                lambda: viewers.duration(url, VIEWERS, 5),
+                "s",
+                Goal(1.01, nobody),
+            ),
+        ]
+        return measure(cases, rounds=5, by=median)
+
+
 def main() -> None:
-    report([*seen(), *served()])
+    report([*seen(), *served(), *worked()])
 
 
 if __name__ == "__main__":

@@ -12,9 +12,16 @@ import struct
 import sys
 from contextlib import suppress
 
-REQUEST = json.dumps({"type": "subscribe", "events": {"since": 0}}).encode()
-FRAME = struct.pack("!BB4x", 0x81, 0x80 | len(REQUEST)) + REQUEST
-"""As a client sends it: masked, here with zeros (RFC 6455, 5.3)."""
+
+def frame(message: object) -> bytes:
+    """Return a message as a client sends it: masked, here with zeros (RFC 6455, 5.3)."""
+    text = json.dumps(message).encode()
+    short = len(text) < 126
+    head = struct.pack("!BB4x", 0x81, 0x80 | len(text)) if short else struct.pack("!BBH4x", 0x81, 0xFE, len(text))
+    return head + text
+
+
+FRAME = frame({"type": "subscribe", "events": {"since": 0}})
 
 UPGRADE = (
     b"GET /v1/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"

@@ -1,0 +1,74 @@
+"""Many people look on while the robot works: it works as fast as if it were alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from maya_un.machine.log import PartDrop, Place, Window
+from tests.dashboard.inside import Options, TwinService, twin_service
+from tests.dashboard.viewers import looking_on
+
+SPEED = 10.0
+VIEWERS, STALLED = 30, 5
+ATTEMPTS = 4
+
+JOB = {"name": "to and fro", "steps": [{"move": place} for place in ([0.8, 1.45, 1.5], [1.1, 1.5, 1.45])]}
+"""It ends where it begins, so it takes as long each time."""
+
+
+class MotionTimes:
+    """Notes in the mechanics when the axes move: no other part of the program can change it."""
+
+    def __init__(self) -> None:
+        self.spans: list[list[float]] = []
+        self._until = 0.0
+
+    def added(self, window: Window) -> None:
+        """Take the window of a further stretch of time, which ends where the next one begins."""
+        if self.spans and self.spans[-1][1] == 0.0:
+            self.spans[-1][1] = window.since
+        if window.low != window.high:
+            self.spans.append([window.since, 0.0])
+
+    def held(self, axes: tuple[bool, ...]) -> None:
+        """No obstacle stands in the way of these axes."""
+
+    def gripped(self, name: str) -> None:
+        """No part is taken."""
+
+    def released(self, name: str, place: Place, drop: PartDrop | None) -> None:
+        """No part is released."""
+
+
+@pytest.fixture
+def alone(tmp_path: Path) -> Iterator[TwinService]:
+    """Return a homed robot with the usual configuration."""
+    (tmp_path / "maya.toml").write_text("", encoding="utf-8")
+    with twin_service(tmp_path, Options(SPEED)) as made:
+        yield made
+
+
+def times_of_job(robot: TwinService) -> tuple[float, float]:
+    """Carry the job out; return how long the axes moved, and how long the job took, by the mechanics [s]."""
+    times = MotionTimes()
+    robot.truth(lambda twin: twin.mechanics.listen(times))
+    job = robot.ask("POST /v1/jobs", JOB)["id"]
+    robot.until(lambda report: report["state"] == "done", f"/v1/jobs/{job}")
+    robot.require_rest()
+    moved = sum(end - begin for begin, end in times.spans)
+    return moved, times.spans[-1][1] - times.spans[0][0]
+
+
+def test_a_job_takes_as_long_with_thirty_viewers_and_five_that_stall(alone: TwinService) -> None:
+    """A busy machine may delay one job or another; viewers would delay every one."""
+    times_of_job(alone)
+    moved, took = times_of_job(alone)
+    found: list[tuple[float, float]] = []
+    with looking_on(alone.port, VIEWERS, STALLED):
+        while len(found) < ATTEMPTS and not (found and min(found)[0] < 1.01 * moved):
+            found.append(times_of_job(alone))
+    assert min(found)[0] < 1.01 * moved
+    assert min(one[1] for one in found) < 1.02 * took
