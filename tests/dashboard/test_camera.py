@@ -109,10 +109,8 @@ def test_a_snapshot_is_requested_after_the_answer_to_the_one_before(
     asked = len(camera.asked)
     filmed.at(filmed.state["time"] + 2.0)
     assert len(camera.asked) == asked
-    camera.mood = "hanging"
+    camera.delay, camera.colour = 0.0, "blue"
     watching.hide(False)
-    watching.until(f"{SIGHT} === 'silent'")
-    camera.mood, camera.delay, camera.colour = "well", 0.0, "blue"
     shows(watching, "blue")
 
 
