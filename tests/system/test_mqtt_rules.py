@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import os
 import re
 import subprocess
@@ -13,6 +14,8 @@ from unittest import mock
 
 import pytest
 
+from maya_un.coms.selection import broker_of
+from maya_un.coms.settings import from_environment
 from maya_un.errors import BrokerRefused, InvalidValue, SupervisorsNotReached
 from maya_un.supervisor import Supervisor
 from tests.secrecy import secret
@@ -57,13 +60,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @contextmanager
-def ruled(folder: Path, *more: str) -> Iterator[Broker]:
+def ruled(folder: Path, *more: str, rules: Path = FILES / "maya.acl") -> Iterator[Broker]:
     """Run a broker with the configuration of the page, at a port and with files of the test; it begins empty."""
     text = (FILES / "maya.conf").read_text()
     lines = [line for line in text.splitlines() if line.startswith(("cafile", "certfile", "keyfile", "password_file"))]
     lines = [re.sub(r"/etc/mosquitto/(certs/)?", f"{folder}/", line) for line in lines]
     (folder / "mosquitto.db").unlink(missing_ok=True)
-    with broker(folder, *lines, f"acl_file {FILES}/maya.acl", "allow_anonymous false", *more) as one:
+    with broker(folder, *lines, f"acl_file {rules}", "allow_anonymous false", *more) as one:
         yield one
 
 
@@ -132,6 +135,54 @@ def test_a_robot_cannot_be_another(folder: Path) -> None:
             assert lab.robots == {}
 
         run_story(story, surroundings(one, folder, "wall"))
+
+
+@pytest.mark.parametrize("uncommented", [False, True])
+def test_the_dashboard_of_a_robot_sees_steps_of_others_where_the_rules_let_it(folder: Path, uncommented: bool) -> None:
+    rules, text = folder / "fleet.acl", (FILES / "maya.acl").read_text()
+    rules.write_text(re.sub(r"# (user MAYA\n)# (topic read)", r"\1\2", text) if uncommented else text)
+    with ruled(folder, rules=rules) as one:
+        other = Process("coms --port 0 --connect --name MAYA2", env=surroundings(one, folder, "MAYA2"))
+        seen = [Process("fleet list --follow --json", env=surroundings(one, folder, user)) for user in ("wall", "MAYA")]
+        try:
+            for display in seen:
+                display.until('"MAYA2","state":"idle"')
+            asyncio.run(publish(one, folder, "MAYA2", "progress", {"id": "1", "state": "executing", "date": "now"}))
+            seen[0].until('"MAYA2","state":"working"')
+            other.kill()
+            found = seen[1].until('"MAYA2","state":"lost"')
+            assert ('"executing"' in found) is uncommented
+        finally:
+            for process in (other, *seen):
+                process.kill()
+
+
+async def publish(broker: Broker, folder: Path, user: str, kind: str, data: object) -> None:
+    """Publish a message on a topic of the robot with the name of the user."""
+    with mock.patch.dict(os.environ, surroundings(broker, folder, user)):
+        at = broker_of(from_environment())
+    async with at.connected(f"test-{user}", session=0) as client:
+        await client.publish_checked(f"maya/v1/{user}/{kind}", json.dumps(data))
+
+
+def test_a_display_says_that_the_broker_refuses_to_show_steps(tmp_path: Path) -> None:
+    """The plug-in of mosquitto for dynamic rules refuses subscriptions; the file of rules only drops messages."""
+    kinds = ("subscribe", "unsubscribe", "publishClientSend", "publishClientReceive")
+    hidden = {"acltype": "subscribePattern", "topic": "maya/v1/+/commands", "priority": 1, "allow": False}
+    rules = {
+        "defaultACLAccess": dict.fromkeys(kinds, True),
+        "roles": [{"rolename": "display", "acls": [hidden]}],
+        "groups": [{"groupname": "everybody", "roles": [{"rolename": "display"}]}],
+        "anonymousGroup": "everybody",
+    }
+    (tmp_path / "rules.json").write_text(json.dumps(rules))
+    plugin = next(Path("/usr/lib").glob("*/mosquitto_dynamic_security.so"))
+    with broker(tmp_path, f"plugin {plugin}", f"plugin_opt_config_file {tmp_path}/rules.json") as one:
+        display = Process(f"fleet list --follow --json --url {one.url}")
+        try:
+            assert '"link":"connected"' in display.until('"refused":true')
+        finally:
+            display.kill()
 
 
 def test_a_stranger_is_refused_and_no_secret_is_shown(folder: Path) -> None:

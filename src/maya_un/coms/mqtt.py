@@ -253,7 +253,7 @@ class _MqttChannel:
             message = await anext(self._client.messages)
         key = str(next(self._numbers))
         self._unacknowledged[key] = message
-        return SupervisorCommand(key, _bytes(message.payload), _correlation(message))
+        return SupervisorCommand(key, _bytes(message.payload), correlation_id(message))
 
     async def send(self, report: Report) -> None:
         """Publish a report; after a result, acknowledge its command."""
@@ -284,7 +284,7 @@ def _bytes(payload: object) -> bytes:
     return b"" if payload is None else str(payload).encode()
 
 
-def _correlation(message: aiomqtt.Message) -> str | None:
+def correlation_id(message: aiomqtt.Message) -> str | None:
     """Return the correlation data of a message as an id, None if it has none that is a valid id."""
     found = getattr(message.properties, "CorrelationData", None)
     try:

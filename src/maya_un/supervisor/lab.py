@@ -10,7 +10,7 @@ import asyncio
 import json
 import logging
 import socket
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterable
 from dataclasses import dataclass, replace
 from random import Random
 from types import TracebackType
@@ -18,9 +18,10 @@ from typing import Any
 from uuid import uuid4
 
 import aiomqtt
+from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
-from maya_un.coms.mqtt import SESSION, VERSION, Broker, BrokerClient, PublishRefused, topic
+from maya_un.coms.mqtt import SESSION, VERSION, Broker, BrokerClient, PublishRefused, correlation_id, topic
 from maya_un.coms.selection import broker_of
 from maya_un.coms.settings import from_environment, password_warning
 from maya_un.coms.transport import first_to_end, keep
@@ -41,16 +42,24 @@ _SHORT_SESSION = 300
 _NO_RETAINED = 2
 """Subscription option: do not send retained messages again."""
 
+_EVERY_ROBOT, _EVERYTHING = "+", "#"
+"""Instead of the name of a robot: the reports of all robots, and also the commands to them; no robot has these names.
+"""
+
 _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """A message that a robot published, as JSON data; `kind` is connection, progress or results."""
+    """A message that a robot published, as JSON data; `kind` is connection, progress or results.
+
+    `retained` is True if the broker had stored it. `Supervisor.watch` yields events of further kinds for displays.
+    """
 
     robot: str
     kind: str
     data: dict[str, Any]
+    retained: bool = False
 
 
 class Supervisor:
@@ -76,7 +85,7 @@ class Supervisor:
         self._identifier = f"maya-supervisor-{name or uuid4().hex}"
         self._session = SESSION if name else _SHORT_SESSION
         self.deadline = deadline
-        self.trouble: str | None = None
+        self._failure: MayaError | None = None
         self._presence: dict[str, str] = {}
         self._steps: dict[str, Step] = {}
         self._unsent: dict[str, Step] = {}
@@ -84,13 +93,15 @@ class Supervisor:
         self._heard: set[str] = set()
         self._wanted: set[str] = set()
         self._watchers: set[Callable[[Event], None]] = set()
+        self._displays: set[Callable[[Event], None]] = set()
         self._running: asyncio.Task[None] | None = None
 
     async def __aenter__(self) -> Supervisor:
         ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
         def failed(error: MayaError) -> None:
-            self.trouble = str(error)
+            self._failure = error
+            self._display("broker", code=error.code, error=str(error))
             if not ready.done():
                 ready.set_exception(error)
 
@@ -113,6 +124,11 @@ class Supervisor:
         await asyncio.gather(self._running, return_exceptions=True)
 
     @property
+    def trouble(self) -> str | None:
+        """The reason why the broker is not connected, None if it is."""
+        return None if self._failure is None else str(self._failure)
+
+    @property
     def robots(self) -> dict[str, str]:
         """The robots of the broker by name: ONLINE, OFFLINE or CONNECTION_BROKEN."""
         return dict(sorted(self._presence.items()))
@@ -131,24 +147,41 @@ class Supervisor:
             self._work.set()
         return step
 
-    async def watch(self) -> AsyncIterator[Event]:
-        """Yield all messages that robots publish from now on, after the presence of each robot."""
+    async def watch(self, *, everything: bool = False) -> AsyncIterator[Event]:
+        """Yield all messages that robots publish from now on, after the presence of each robot.
+
+        With `everything`, yield also these kinds of events, for displays: `commands` are the commands that anybody
+        sends to a robot. A `broker` has the `code` and the `error` that ended the connection. Both are None as soon as
+        all messages are received, and the presence of each robot follows. A `refused` has a `topic` that the broker's
+        rules forbid. A `removed` robot is one whose stored connection somebody deleted.
+        """
         queue: asyncio.Queue[Event] = asyncio.Queue()
-        for robot, state in self.robots.items():
-            queue.put_nowait(Event(robot, "connection", {"connection": state}))
-        self._watchers.add(queue.put_nowait)
-        self._wanted.add("+")
+        watchers = self._displays if everything else self._watchers
+        watchers.add(queue.put_nowait)
+        if not everything:
+            self._show_presence((queue.put_nowait,))
+        self._wanted.add(_EVERYTHING if everything else _EVERY_ROBOT)
         self._work.set()
         try:
             while True:
                 yield await queue.get()
         finally:
-            self._watchers.discard(queue.put_nowait)
+            watchers.discard(queue.put_nowait)
+
+    def _show_presence(self, watchers: Iterable[Callable[[Event], None]]) -> None:
+        for robot, state in self.robots.items():
+            for watcher in watchers:
+                watcher(Event(robot, "connection", {"connection": state}, retained=True))
+
+    def _display(self, kind: str, robot: str = "", **data: Any) -> None:
+        """Pass an event to those who watch everything."""
+        for watcher in tuple(self._displays):
+            watcher(Event(robot, kind, data))
 
     async def _serve(self, ready: asyncio.Future[None]) -> None:
         async with self._broker.connected(self._identifier, session=self._session) as client:
             await self._subscribe(client)
-            self.trouble = None
+            self._failure = None
             self._unsent.update(self._steps)
             self._work.set()
             if not ready.done():
@@ -159,7 +192,7 @@ class Supervisor:
         """Subscribe, and read the presence of all robots: the second answer arrives after the retained messages."""
         where = f"{VERSION}/+/connection"
         self._heard.clear()
-        await client.subscribe(where)
+        self._check((where,), await client.subscribe(where))
         await client.subscribe(where, options=SubscribeOptions(retainHandling=_NO_RETAINED))
         for _ in range(len(client.messages)):
             self._take(client, await anext(client.messages))
@@ -170,13 +203,21 @@ class Supervisor:
 
     def _take(self, client: BrokerClient, message: aiomqtt.Message) -> None:
         event = _event_of(message)
-        if event is not None:
-            self._note(event)
-            for watcher in tuple(self._watchers):
+        if event is None:
+            self._forget(message)
+        else:
+            if event.kind != "commands":
+                self._note(event)
+            for watcher in (*(() if event.kind == "commands" else self._watchers), *self._displays):
                 watcher(event)
-        elif not message.payload:
-            self._presence.pop(message.topic.value.split("/")[2], None)  # a person removed the retained message
         client.acknowledge(message)
+
+    def _forget(self, message: aiomqtt.Message) -> None:
+        """Forget a robot whose retained message a person has removed."""
+        _, _, robot, kind = message.topic.value.split("/")
+        if kind == "connection" and not message.payload:
+            self._presence.pop(robot, None)
+            self._display("removed", robot)
 
     def _note(self, event: Event) -> None:
         if event.kind == "connection":
@@ -208,12 +249,28 @@ class Supervisor:
             await self._work.wait()
             self._work.clear()
             for name in self._wanted - self._heard:
-                # reports may be lost with the connection; results may not, and are acknowledged
-                await client.subscribe([(f"{VERSION}/{name}/progress", 0), (f"{VERSION}/{name}/results", 1)])
+                await self._follow(client, name)
                 self._heard.add(name)
             for step in tuple(self._unsent.values()):
                 if step.robot in self._heard:  # else its result would be missed; the next round sends it
                     await self._publish(client, step)
+
+    async def _follow(self, client: BrokerClient, name: str) -> None:
+        """Subscribe to the reports of a robot: they may be lost with the connection, but results are acknowledged."""
+        kinds = {"progress": 0, "results": 1} | ({"commands": 0} if name == _EVERYTHING else {})
+        robot = _EVERY_ROBOT if name == _EVERYTHING else name
+        topics = {f"{VERSION}/{robot}/{kind}": qos for kind, qos in kinds.items()}
+        answers = await client.subscribe(list(topics.items()))
+        if name == _EVERYTHING:
+            self._display("broker", code=None, error=None)
+            self._show_presence(self._displays)
+        self._check(topics, answers)
+
+    def _check(self, topics: Iterable[str], answers: Iterable[int | ReasonCode]) -> None:
+        """Show the topics to which the broker refused a subscription."""
+        for where, answer in zip(topics, answers, strict=True):
+            if isinstance(answer, ReasonCode) and answer.is_failure:
+                self._display("refused", topic=where)
 
     async def _publish(self, client: BrokerClient, step: Step) -> None:
         try:
@@ -248,13 +305,14 @@ class Robot(PrimitiveCommands):
 
 
 def _event_of(message: aiomqtt.Message) -> Event | None:
-    """Return the event in a message, None for other messages."""
-    parts = message.topic.value.split("/")
+    """Return the event in a message, None for other messages. A command without an id takes its correlation data."""
+    _, _, robot, kind = message.topic.value.split("/")
     try:
         data = json.loads(message.payload)
     except (ValueError, RecursionError):
         return None
-    kind = parts[-1]
-    if not isinstance(data, dict) or kind not in {"connection", "progress", "results"}:
+    if not isinstance(data, dict) or kind not in {"connection", "progress", "results", "commands"}:
         return None
-    return Event(parts[2], kind, data)
+    if kind == "commands" and data.get("id") is None:
+        data["id"] = correlation_id(message)
+    return Event(robot, kind, data, bool(message.retain))

@@ -46,11 +46,23 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.add_typer(fleet, name="fleet")
 
 
-def list_(context: typer.Context, url: Url = None) -> int:
-    """List the robots, and whether each is connected. Example: maya fleet list --url mqtt://localhost."""
+def list_(
+    context: typer.Context,
+    url: Url = None,
+    follow: Annotated[
+        bool, typer.Option("--follow", help="list them again after each change, with their steps, until Ctrl-C")
+    ] = False,
+) -> int:
+    """List the robots, and whether each is connected. Example: maya fleet list --url mqtt://localhost.
+
+    With --follow the list also shows which step each robot carries out, for which supervisor, and how its last step
+    ended. It begins with the steps from then on, and waits for a broker that does not answer. With --json, each list
+    is one object a line, as in GET /v1/fleet.
+    """
     from maya_un.cli.fleet import robots
 
-    return robots.list_(url, settings_of(context))
+    settings = settings_of(context)
+    return robots.follow(url, settings) if follow else robots.list_(url, settings)
 
 
 def watch(

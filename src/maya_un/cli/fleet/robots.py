@@ -4,19 +4,26 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from random import Random
 
 from dmc41x3.i18n import marked, translate
 from maya_un.cli import output
 from maya_un.cli.quantities import angle, duration, length
 from maya_un.cli.settings import OutputSettings
 from maya_un.coms.settings import from_environment, where_of
-from maya_un.errors import InvalidCommandLine, UnknownName
+from maya_un.coms.transport import first_to_end, keep
+from maya_un.errors import InvalidCommandLine, MayaError, UnknownName, translated
+from maya_un.http import dates
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Switch
+from maya_un.schema.encoding import to_json
+from maya_un.schema.fleet import FleetRobot, FleetStep, FleetView
 from maya_un.steps.text import ARGUMENTS, StepEnd
 from maya_un.supervisor import Event, Supervisor
+from maya_un.supervisor.fleet import FleetBoard
 from maya_un.supervisor.lab import DEADLINE, ONLINE
 from maya_un.supervisor.step import StepProgress, StepState, check, progress_of, result_of
 
@@ -37,6 +44,84 @@ def list_(url: str | None, settings: OutputSettings) -> int:
 async def _robots(url: str | None) -> dict[str, str]:
     async with Supervisor(url) as lab:
         return lab.robots
+
+
+_PERIOD = 0.25
+"""Shortest time between two lists [s]."""
+
+_RATE = 100_000
+"""Greatest length of lists a second, so that a large fleet does not keep readers busy [bytes/s]."""
+
+_NICER = 5
+"""By this the program yields to others: a robot on this computer comes first."""
+
+
+def follow(url: str | None, settings: OutputSettings) -> int:
+    """List the robots with their steps after each change, until Ctrl-C. The broker need not answer."""
+    os.nice(_NICER)
+    asyncio.run(_follow(url, settings))
+    return output.DONE
+
+
+async def _follow(url: str | None, settings: OutputSettings) -> None:
+    board = FleetBoard(where_of(url or from_environment().supervisors))
+    changed = asyncio.Event()
+
+    async def watched() -> None:
+        async with Supervisor(url) as lab:
+            async for event in lab.watch(everything=True):
+                board.take(event, dates.moment())
+                changed.set()
+
+    def failed(error: MayaError) -> None:
+        board.failed(error, dates.moment())
+        changed.set()
+
+    await first_to_end(keep(watched, failed, Random()), _list_changes(board, changed, settings))
+
+
+async def _list_changes(board: FleetBoard, changed: asyncio.Event, settings: OutputSettings) -> None:
+    while True:
+        await changed.wait()
+        changed.clear()
+        view = board.view()
+        text = to_json(view).decode() if settings.json else "\n".join([*_lines(view, settings.language), ""])
+        output.say(text)
+        await asyncio.sleep(max(_PERIOD, len(text) / _RATE))
+
+
+def _lines(view: FleetView, language: str) -> Iterator[str]:
+    if view.trouble is not None:
+        yield f"{translated(view.trouble.code, view.trouble.message, language)} ({view.trouble.code})"
+    if view.refused:
+        yield translate("The broker {where} does not show this user the steps of robots.", language, where=view.broker)
+    for robot in view.robots:
+        yield _line(robot, language)
+
+
+def _line(robot: FleetRobot, language: str) -> str:
+    step = robot.step or (robot.last[0] if robot.last else None)
+    state = translate(_STATES[robot.state], language)
+    return "  ".join([robot.name, state, *([] if step is None else _parts(step))])
+
+
+def _parts(step: FleetStep) -> Iterator[str]:
+    yield " ".join([step.command or step.id, *(f"{value}" for value in step.args.values())])
+    if step.supervisor:
+        yield step.supervisor
+    if step.error:
+        yield f"{step.error} ({step.code})"
+
+
+_STATES = {
+    "idle": marked("idle"),
+    "waiting": marked("a step waits"),
+    "working": marked("working"),
+    "failed": marked("last step failed"),
+    "offline": marked("offline"),
+    "lost": marked("link lost"),
+    "unknown": marked("unknown"),
+}
 
 
 def watch(robot: str | None, url: str | None, settings: OutputSettings) -> int:
