@@ -30,6 +30,7 @@ from maya_un.schema.robot import EventMessage, LinkView, TableView
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import Caller
+from maya_un.service.fleet import FleetService
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.service import Gate, Service
 from maya_un.values import Mode, State
@@ -84,6 +85,7 @@ class Watched:
         self.name = "MAYA"
         self.running: int | None = None
         self.forecasts: list[str] = []
+        self.fleet = FleetService()
         self.forgotten = 0
         self.entrance = AccessControl.alone(self.log)
         self.lease = LeaseService(self.entrance, lambda: None)

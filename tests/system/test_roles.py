@@ -71,6 +71,7 @@ TABLE: dict[str, Asked] = {
     "GET /v1/table": _READ,
     "GET /v1/motion": _READ,
     "GET /v1/link": _READ,
+    "GET /v1/fleet": _READ,
     "GET /v1/margins": _READ,
     "GET /v1/signals": _READ,
     "GET /v1/workspace?z=0.4": _READ,

@@ -19,6 +19,7 @@ class RobotMethods:
     margins = Verb(requests.margins)
     link = Verb(requests.link)
     table = Verb(requests.table)
+    fleet = Verb(requests.fleet)
     config = Verb(requests.config)
     config_schema = Verb(requests.config_schema)
     check_config = Verb(requests.check_config)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from maya_un.schema.calibration import CalibrationFit, CalibrationView
     from maya_un.schema.configuration import ConfigCheck, ConfigSchema
     from maya_un.schema.diagnosis import Diagnosis, LogEntry
+    from maya_un.schema.fleet import FleetView
     from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, PalletInfo, QueueView, Recovery, TaughtPose
     from maya_un.schema.people import AuditLine, LeaseTaken, LeaseView, Me, NewToken, Permissions, TokenLine, UserLine
     from maya_un.schema.previews import (
@@ -131,6 +132,14 @@ def table() -> Request[TableView]:
     On a real machine they are the parts of the latest job that names any.
     """
     return Request("GET", "/v1/table", Answer("maya_un.schema.robot", "TableView"))
+
+
+def fleet() -> Request[FleetView]:
+    """Return the robots of the broker, with the steps that supervisors send them.
+
+    A service without a broker has none: start `maya up --coms` with an MQTT broker.
+    """
+    return Request("GET", "/v1/fleet", Answer("maya_un.schema.fleet", "FleetView"))
 
 
 def config() -> Request[Config]:

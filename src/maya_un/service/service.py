@@ -53,6 +53,7 @@ from maya_un.service.calibration.service import CalibrationService
 from maya_un.service.computing import Computing
 from maya_un.service.configuring import ConfigService
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
+from maya_un.service.fleet import FleetService
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
@@ -131,6 +132,7 @@ class Service:
         self.users = UserService(shared, self._rights_ended)
         self.configuring = ConfigService(config, config_file, Computing(workers))
         self.faults = TwinService(faults)
+        self.fleet = FleetService()
         self.calibration = CalibrationService(measured_points, controller, config, workers)
         self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
 

@@ -284,6 +284,38 @@ export interface FittedConstant {
   held: boolean;
 }
 
+export interface FleetRobot {
+  name: string;
+  state: "idle" | "waiting" | "working" | "failed" | "offline" | "lost" | "unknown";
+  since: string | null;
+  heard: string | null;
+  step: FleetStep | null;
+  waiting: number;
+  last: (FleetStep)[];
+}
+
+export interface FleetStep {
+  id: string;
+  state: "sent" | "accepted" | "executing" | "done" | "failed";
+  since: string;
+  command: string | null;
+  args?: Record<string, unknown>;
+  supervisor: string | null;
+  duration: number | null;
+  error: string | null;
+  code: string | null;
+}
+
+export interface FleetView {
+  link: "none" | "unsupported" | "connecting" | "connected" | "lost";
+  broker: string;
+  since: string | null;
+  trouble: Notice | null;
+  refused: boolean;
+  robots: (FleetRobot)[];
+  more: number;
+}
+
 export interface ForEach {
   for_each: string;
   do: (Step)[];
@@ -1045,6 +1077,7 @@ export interface Operations {
   "GET /v1/events": { body: undefined; answer: (EventMessage)[] };
   "GET /v1/twin": { body: undefined; answer: Table };
   "GET /v1/table": { body: undefined; answer: TableView };
+  "GET /v1/fleet": { body: undefined; answer: FleetView };
   "GET /v1/config": { body: undefined; answer: Config };
   "PUT /v1/config": { body: ConfigRequest; answer: ConfigCheck };
   "GET /v1/config/schema": { body: undefined; answer: ConfigSchema };
@@ -1146,6 +1179,7 @@ export interface Topics {
   margins: { nearest?: (Distance)[]; };
   table: { source: "twin" | "believed"; parts: Record<string, Point | null>; carried: string | null; holding: boolean | null; };
   can: { actions: Record<string, Notice | null>; };
+  fleet: { link?: "none" | "unsupported" | "connecting" | "connected" | "lost"; broker?: string; since?: string | null; trouble?: Notice | null; refused?: boolean; robots?: (FleetRobot)[]; more?: number; };
 }
 
 /** The actions of `Permissions`. */

@@ -11,14 +11,7 @@ import os
 import signal
 import socket
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import (
-    AbstractAsyncContextManager,
-    ExitStack,
-    asynccontextmanager,
-    contextmanager,
-    nullcontext,
-    suppress,
-)
+from contextlib import AsyncExitStack, ExitStack, asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -34,6 +27,7 @@ from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
 from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places
+from maya_un.cli.fleet.watching import fleet_beside
 from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.service.browser import show_page
@@ -390,7 +384,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         add_dashboard(app, robot.config.camera.url)
         ending = ShutdownRequest(finish=options.finish)
         far = () if listeners.far is None else (listeners.far,)
-        beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed)
+        beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed, coms=options.coms)
         async with served(app, listeners.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
             with ending.listening():
                 controller = None if robot.address == SIM else host_and_port(robot.address)
@@ -448,15 +442,19 @@ async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
         await asyncio.gather(*tasks, return_exceptions=True)
 
 
-def _beside(
-    running: Stack, bridge: Bridge, rosbridge: EndpointOptions | None, speed: float
-) -> AbstractAsyncContextManager[object]:
-    """Return the context that serves rosbridge beside HTTP, if requested."""
-    if rosbridge is None:
-        return nullcontext()
-    from maya_un.edges import edge
+@asynccontextmanager
+async def _beside(
+    running: Stack, bridge: Bridge, rosbridge: EndpointOptions | None, speed: float, *, coms: bool
+) -> AsyncIterator[None]:
+    """Serve rosbridge beside HTTP, and watch the fleet beside `maya coms`, if requested."""
+    async with AsyncExitStack() as opened:
+        if rosbridge is not None:
+            from maya_un.edges import edge
 
-    return edge("rosbridge").endpoint(running, bridge, rosbridge, speed=speed)
+            await opened.enter_async_context(edge("rosbridge").endpoint(running, bridge, rosbridge, speed=speed))
+            if coms:
+                await opened.enter_async_context(fleet_beside(running.service.fleet))
+        yield
 
 
 def _configured(config: Config, speed: float) -> Config:

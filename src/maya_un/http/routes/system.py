@@ -39,6 +39,7 @@ from maya_un.process.journal import history
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.recorder.recording import TimeSpan
 from maya_un.schema.encoding import to_json
+from maya_un.schema.fleet import FleetView
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine
 from maya_un.schema.previews import NearestLimits
@@ -204,6 +205,18 @@ def add_reading(routes: Routes) -> None:
             return service.table()
 
         return answer(await ask(looked_at))
+
+    @routes.add("GET", "/v1/fleet", Operation.READ, tag=_STATUS, gives=FleetView, client="fleet")
+    async def fleet(ask: Ask) -> Response:
+        """Return the robots of the broker, with the steps that supervisors send them.
+
+        A service without a broker has none: start `maya up --coms` with an MQTT broker.
+        """
+
+        async def watched(service: Service) -> FleetView:
+            return service.fleet.view()
+
+        return answer(await ask(watched))
 
 
 _RECORDINGS = "recordings"

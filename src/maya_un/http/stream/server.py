@@ -150,14 +150,19 @@ async def _introduced(entrance: StreamHandshake) -> Caller | None:
 
 
 class StreamedRobot(NamedTuple):
-    """The name of the robot, the address of its controller, and the speed of its clock relative to real time."""
+    """The name of the robot, the address of its controller, and the speed of its clock relative to real time.
+
+    `fleet` is whether its service watches the robots of a broker.
+    """
 
     robot: str
     address: str
     speed: float
+    fleet: bool
 
 
 async def _facts(service: Service) -> tuple[Service, int, int, StreamedRobot]:
     """Return the service, its run, the number of its last event, and its robot."""
     status = await service.status()
-    return service, status.run, status.last_event, StreamedRobot(service.name, status.address, status.speed)
+    robot = StreamedRobot(service.name, status.address, status.speed, service.fleet.watched)
+    return service, status.run, status.last_event, robot

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from maya_un.events import Event, GripperClosed, GripperOpened, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
+from maya_un.schema.fleet import FleetView
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import Permissions
 from maya_un.schema.previews import NearestLimits
@@ -110,7 +111,15 @@ CAN = StreamTopic(
     personal=True,
 )
 
-TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS, MARGINS, TABLE, CAN)}
+FLEET = StreamTopic(
+    "fleet",
+    FleetView,
+    lambda service, caller: service.fleet.view(),
+    look=1.0,  # for a robot that sends no states
+    source=lambda service: service.fleet.changes,
+)
+
+TOPICS = {topic.name: topic for topic in (QUEUE, MOTION, LINK, SIGNALS, MARGINS, TABLE, CAN, FLEET)}
 """All topics by name."""
 
 
