@@ -135,9 +135,9 @@ class Service(ABC):
 class ServiceProcess(Service):
     """A `maya up` of its own, which can be killed as by a power cut."""
 
-    def __init__(self, folder: Path, options: str, settings: str = "") -> None:
+    def __init__(self, folder: Path, options: str, settings: str = "", **environment: str) -> None:
         super().__init__(folder)
-        self.environment: dict[str, str] = {}
+        self.environment = environment
         self._config = folder / "maya.toml" if settings else ""
         if settings:
             (folder / "maya.toml").write_text(settings, encoding="utf-8")
@@ -162,9 +162,9 @@ class ServiceProcess(Service):
 
 
 @contextmanager
-def service(folder: Path, options: str, settings: str = "") -> Iterator[ServiceProcess]:
+def service(folder: Path, options: str, settings: str = "", **environment: str) -> Iterator[ServiceProcess]:
     """Run a `maya up` while the block runs; `settings` is the text of its configuration."""
-    made = ServiceProcess(folder, options, settings)
+    made = ServiceProcess(folder, options, settings, **environment)
     try:
         made.start()
         yield made

@@ -2,6 +2,7 @@ import { computed, ref, type Component } from "vue";
 import type { IconName } from "./look/icon-names.ts";
 import { lazy } from "./look/lazy.ts";
 import Live from "./pages/live/Live.vue";
+import { hello } from "./state/robot.ts";
 import { COMMON } from "./words/common.ts";
 import type { Words } from "./words/index.ts";
 
@@ -10,6 +11,8 @@ export interface Page {
   words: Words;
   icon: IconName;
   view: Component;
+  /** Whether the page has a place in the rail and in the tabs of a phone now; without it, always. */
+  listed?: () => boolean;
 }
 
 /** All pages. The server answers exactly these paths (src/maya_un/dashboard/pages.py). */
@@ -20,6 +23,7 @@ export const PAGES: readonly Page[] = [
   { path: "/teach", words: COMMON.teach, icon: "graduation-cap", view: lazy(() => import("./pages/teach/Teach.vue")) },
   { path: "/history", words: COMMON.history, icon: "rotate-ccw-clock", view: lazy(() => import("./pages/history/History.vue")) },
   { path: "/workshop", words: COMMON.workshop, icon: "wrench", view: lazy(() => import("./pages/workshop/Workshop.vue")) },
+  { path: "/robots", words: COMMON.robots, icon: "bot", view: lazy(() => import("./pages/robots/Robots.vue")), listed: () => hello.value?.fleet === true },
   { path: "/people", words: COMMON.people, icon: "users", view: lazy(() => import("./pages/people/People.vue")) },
 ];
 

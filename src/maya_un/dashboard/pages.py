@@ -24,7 +24,7 @@ from maya_un.http.middleware import LOOPBACK
 SITE = Path(__file__).parent / "site"
 """The built pages."""
 
-PAGES = ("/", "/drive", "/queue", "/teach", "/history", "/workshop", "/people")
+PAGES = ("/", "/drive", "/queue", "/teach", "/history", "/workshop", "/robots", "/people")
 """Paths of the pages; all of them are answered by the same document (web/src/routes.ts)."""
 
 ASSETS = "assets"

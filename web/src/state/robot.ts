@@ -1,7 +1,7 @@
-import { computed, ref, shallowRef } from "vue";
+import { computed, onMounted, onUnmounted, ref, shallowRef } from "vue";
 import { dropLease } from "../api/lease.ts";
 import { keepToken, token } from "../api/session.ts";
-import type { EventMessage, LinkView, MotionView, NearestLimits, Permissions, Point, QueueView, Signals, State, TableView, Topics } from "../generated/api.ts";
+import type { EventMessage, FleetView, LinkView, MotionView, NearestLimits, Permissions, Point, QueueView, Signals, State, TableView, Topics } from "../generated/api.ts";
 import { HIDDEN_RATE, RATE, Stream, type Hello } from "../stream/stream.ts";
 
 /** Everything here has one writer, the stream. Objects are shallow: they are replaced, never changed. */
@@ -14,6 +14,8 @@ export const margins = shallowRef<NearestLimits | null>(null);
 /** Which actions this person may do now, and why not the others. */
 export const can = shallowRef<Permissions | null>(null);
 const tableView = shallowRef<TableView | null>(null);
+/** The robots of the broker; null where no part of the page follows them. */
+export const fleet = shallowRef<FleetView | null>(null);
 export const hello = shallowRef<Hello | null>(null);
 
 /** The newest events, newest last, at most `MOST_EVENTS`. */
@@ -44,7 +46,8 @@ export function onState(reader: (state: State | null) => void): () => void {
   return () => stateReaders.delete(reader);
 }
 
-const TARGETS = { queue, motion, link, signals, margins, table: tableView, can } as const;
+const ALWAYS = { queue, motion, link, signals, margins, table: tableView, can } as const;
+const TARGETS = { ...ALWAYS, fleet } as const;
 
 /** The places of the parts on the table by name [m]; null in the gripper, and where the place is unknown. */
 export const table = computed<Record<string, Point | null>>(() => tableView.value?.parts ?? {});
@@ -62,10 +65,13 @@ export const twin = computed(() => hello.value?.address === "sim");
 /** The speed of the robot's clock; it differs from 1 only on a twin. */
 export const clockSpeed = computed(() => hello.value?.speed ?? 1);
 
+/** By this time the clock of the service's computer is ahead of this one [ms]. */
+export const clockAhead = ref(0);
+
 /** The number of times that the service was found restarted. */
 export const restarts = ref(0);
 
-export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[], () => token.value, {
+export const stream = new Stream(url(), Object.keys(ALWAYS) as (keyof Topics)[], () => token.value, {
   hello(greeting) {
     const before = hello.value;
     newVersion.value ||= before !== null && before.version !== greeting.version;
@@ -74,6 +80,7 @@ export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[]
       dropLease();
     }
     hello.value = greeting;
+    clockAhead.value = Date.parse(greeting.date) - Date.now();
     connection.value = "live";
     lostAt.value = null;
   },
@@ -106,6 +113,15 @@ export const stream = new Stream(url(), Object.keys(TARGETS) as (keyof Topics)[]
     connection.value = "lost";
   },
 });
+
+/** Follows the fleet while the calling component is shown: with many robots its messages are long. */
+export function useFleet(): void {
+  onMounted(() => stream.follow("fleet", true));
+  onUnmounted(() => {
+    stream.follow("fleet", false);
+    fleet.value = null;
+  });
+}
 
 /** Whether the numbers on the page are those of now. */
 export const live = computed(() => connection.value === "live" && current.value && state.value !== null);

@@ -30,6 +30,8 @@ export interface Hello {
   /** At this time of the robot's clock [s] the date was `date` (UTC). */
   time: number;
   date: string;
+  /** Whether the service watches the robots of a broker. */
+  fleet: boolean;
   who: { name: string; role: string };
 }
 
@@ -76,14 +78,17 @@ export class Stream {
   private readonly waiting = new Map<number, Waiting>();
   private seen: { run: number; since: number } | null = null;
   private rate = RATE;
+  private readonly followed: Set<keyof Topics>;
   private refusal: Refusal | null = null;
 
   constructor(
     private readonly url: string,
-    private readonly topics: readonly (keyof Topics)[],
+    topics: readonly (keyof Topics)[],
     private readonly token: () => string,
     private readonly handlers: StreamHandlers,
-  ) {}
+  ) {
+    this.followed = new Set(topics);
+  }
 
   /** Whether requests can be sent now. */
   get ready(): boolean {
@@ -115,6 +120,13 @@ export class Stream {
   setRate(rate: number): void {
     this.rate = rate;
     if (this.ready) this.send({ type: "subscribe", state: { rate } });
+  }
+
+  /** Begins or ends the subscription of a topic, from now on and on later connections. */
+  follow(topic: keyof Topics, wanted: boolean): void {
+    if (wanted) this.followed.add(topic);
+    else this.followed.delete(topic);
+    if (this.ready) this.send({ type: "subscribe", [topic]: wanted });
   }
 
   /** Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. */
@@ -234,7 +246,7 @@ export class Stream {
         if (this.refusal.code === 4013) this.skipPast(message);
         break;
       default:
-        if ((this.topics as readonly string[]).includes(message.type)) {
+        if ((this.followed as Set<string>).has(message.type)) {
           const name = message.type as keyof Topics;
           this.handlers.topic(name, message[name] as Topics[typeof name]);
         }
@@ -248,7 +260,7 @@ export class Stream {
     this.delay = FIRST_DELAY;
     const events = this.seen ?? { since: Math.max(0, hello.last_event - 200), run: hello.run };
     const subscription: Message = { type: "subscribe", state: { rate: this.rate }, events };
-    for (const topic of this.topics) subscription[topic] = true;
+    for (const topic of this.followed) subscription[topic] = true;
     this.send(subscription);
     this.handlers.hello(hello);
   }

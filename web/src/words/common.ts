@@ -10,6 +10,7 @@ export const COMMON = words({
   history: ["History", "Historial"],
   workshop: ["Workshop", "Taller"],
   people: ["People", "Personas"],
+  robots: ["Robots", "Robots"],
   help: ["Help", "Ayuda"],
   pages: ["Pages", "Páginas"],
   skip: ["Go to the content", "Ir al contenido"],
