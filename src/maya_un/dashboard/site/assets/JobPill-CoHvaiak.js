@@ -1,1 +1,0 @@
-import{A as e,C as t,J as n,M as r,_ as i,b as a,c as o,ft as s,ht as c}from"./words-DKKuXo81.js";import{a as l,i as u}from"./common-Cxryhjp7.js";var d=t({__name:`JobPill`,props:{state:{}},setup(t){return(d,f)=>(e(),i(`span`,{class:s([`pill`,n(l)[t.state]])},[r(d.$slots,`default`,{},()=>[a(c(n(o)(n(u)[t.state])),1)])],2))}});export{d as t};

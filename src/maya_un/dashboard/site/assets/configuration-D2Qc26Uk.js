@@ -1,1 +1,0 @@
-import{K as e}from"./words-DKKuXo81.js";import{o as t}from"./common-Cxryhjp7.js";import{n}from"./load-RDRIizG4.js";import{h as r}from"./robot-COIjCtPM.js";var i=e(null);n(async()=>{i.value=await t(`GET /v1/config`).catch(()=>i.value)},[r]);export{i as t};
