@@ -54,9 +54,9 @@ def main() -> int:
             for path in PAGES:
                 screens = dict(shots(browser, robot, path))
                 sheet(list(screens.values())).save(IMAGES / f"{path.strip('/') or 'live'}.webp", quality=82, method=6)
-                for name, (of, *key) in SINGLE.items():
+                for name, (of, size, theme) in SINGLE.items():
                     if of == path:
-                        screens[tuple(key)].save(ROOT / "docs" / "images" / f"dashboard-{name}.png", optimize=True)
+                        screens[size, theme].save(ROOT / "docs" / "images" / f"dashboard-{name}.png", optimize=True)
                 print(path)
         browser.close()
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from time import monotonic
 from typing import Any, Literal
@@ -49,11 +49,8 @@ class CameraServer:
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                with camera.under_way():
-                    try:
-                        camera.send_stream(self) if self.path.startswith("/stream") else camera.send_snapshot(self)
-                    except (BrokenPipeError, ConnectionResetError):
-                        pass
+                with camera.under_way(), suppress(BrokenPipeError, ConnectionResetError):
+                    camera.send_stream(self) if self.path.startswith("/stream") else camera.send_snapshot(self)
                 self.close_connection = True
 
             def log_message(self, format: str, *args: Any) -> None:
@@ -105,10 +102,8 @@ class CameraServer:
         if self.mood != "hanging":
             return False
         to.connection.settimeout(60.0)
-        try:
+        with suppress(OSError):
             to.connection.recv(1)
-        except OSError:
-            pass
         return True
 
 

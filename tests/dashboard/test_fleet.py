@@ -10,7 +10,7 @@ import pytest
 from tests.calm import CALM_FILE
 from tests.dashboard.services import Service, service
 from tests.dashboard.tabs import LANGUAGES, SIZES, THEMES, Tab
-from tests.dashboard.test_pages import violations
+from tests.dashboard.test_access import Examiner
 from tests.ports import free_port
 from tests.system.brokers import Broker, broker
 from tests.system.processes import Process
@@ -143,7 +143,9 @@ def test_the_fleet_is_whole_in_every_language_size_and_theme(fleet: Fleet, tab_o
                 assert tab.get(
                     "[...document.querySelectorAll('.tabs a')].every((one) => one.scrollWidth <= one.clientWidth)"
                 ), where
-            assert violations(tab) == [], f"{language} {theme}"
+    examiner = Examiner(tab, "desktop")
+    examiner.walk("/robots", [])
+    assert examiner.found == []
 
 
 def test_the_fleet_is_sent_only_while_it_is_shown(fleet: Fleet, tab_of: Callable[..., Tab]) -> None:

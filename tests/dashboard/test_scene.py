@@ -62,7 +62,9 @@ def test_the_ghost_of_the_next_step_goes_when_the_step_begins(robot: Service, ta
     tab.until(f"{GHOST} === null")
 
 
-def test_the_preview_of_a_motion_has_the_same_ghost_and_moves_nothing(robot: Service, tab_of: Callable[..., Tab]) -> None:
+def test_the_preview_of_a_motion_has_the_same_ghost_and_moves_nothing(
+    robot: Service, tab_of: Callable[..., Tab]
+) -> None:
     for name in ("desktop", "phone"):
         width, height = SIZES[name]
         tab = tab_of(robot, width=width, height=height)

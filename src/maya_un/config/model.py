@@ -189,7 +189,7 @@ class CameraConfig(ConfigSection):
     ] = ""
     kind: Annotated[
         Literal["stream", "snapshot"],
-        Field(description="stream: the address sends one picture after the other (MJPEG); snapshot: it sends one picture"),
+        Field(description="stream: the address sends picture after picture (MJPEG); snapshot: it sends one picture"),
     ] = "stream"
 
 
