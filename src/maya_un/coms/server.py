@@ -112,7 +112,7 @@ async def serve(switch: AgentSwitch, listener: socket.socket) -> None:
 
 async def _from_here(request: Request, answer: Callable[[Request], Awaitable[Response]]) -> Response:
     """Refuse requests of web pages of other origins, which a browser on this computer could show."""
-    refusal = _EDGE.refusal(request.headers, local=True)
+    refusal = _EDGE.refusal(request.headers)
     return await answer(request) if refusal is None else _problem(refusal)
 
 
