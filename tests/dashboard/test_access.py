@@ -69,6 +69,7 @@ WALKS: Sequence[tuple[str, Sequence[Sequence[Step]]]] = (
             [".tool[href$=logs]", "[data-details]"],
         ],
     ),
+    ("/robots", []),
     ("/people", [["[data-no-users] .primary"]]),
 )
 """Addresses, and the steps from each stage to the next one; every stage is looked at."""
