@@ -27,7 +27,8 @@ class FleetStep:
     """A step of a robot, in this `state` since the date `since`.
 
     `command`, `args` (m, rad) and `supervisor` are those of its command; `command` is None if that was not seen. The
-    supervisor is a claim of the sender. An ended step has a `duration` [s], and a failed one an `error` and its `code`.
+    supervisor is a claim of the sender. `duration` is the time from the beginning of an ended step to its end [s], None
+    if it was not carried out, or its beginning was not seen. A failed step has an `error` and its `code`.
     """
 
     id: str

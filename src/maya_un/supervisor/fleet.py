@@ -183,15 +183,11 @@ class FleetBoard:
 def _ended(step: FleetStep, result: StepEnd, date: str) -> FleetStep:
     error = None if result.error is None else result.error[:_LONGEST_ERROR]
     code = None if result.code is None else result.code[:_LONGEST_NAME]
-    duration = _duration(result.started, result.finished)
+    duration = _seconds(step.since, date) if step.state == "executing" else None
     state = "done" if error is None else "failed"
     return replace(step, state=state, since=date, duration=duration, error=error, code=code)
 
 
-def _duration(started: str, finished: str) -> float | None:
-    """Return the time between two dates of one robot [s], None if they are none."""
-    try:
-        seconds = (datetime.fromisoformat(finished) - datetime.fromisoformat(started)).total_seconds()
-    except (ValueError, TypeError, OverflowError):
-        return None
-    return max(0.0, seconds)
+def _seconds(began: str, ended: str) -> float:
+    """Return the time between two dates [s]; the clock of the computer may have been set back meanwhile."""
+    return max(0.0, (datetime.fromisoformat(ended) - datetime.fromisoformat(began)).total_seconds())

@@ -52,8 +52,7 @@ class Told:
         self.tell(robot, "progress", json.loads(StepProgress(id_, StepState(state), self.date).text))
 
     def end(self, id_: str, error: str | None = None, code: str | None = None, robot: str = "MAYA") -> None:
-        dates = "2026-01-31T10:00:00+00:00", "2026-01-31T10:00:12.5+00:00"
-        self.tell(robot, "results", json.loads(StepEnd(id_, error, code, *dates).text))
+        self.tell(robot, "results", json.loads(StepEnd(id_, error, code, "accepted", "ended").text))
 
     def fail(self) -> None:
         self.tell("", "broker", {"code": GONE.code, "error": str(GONE)})
@@ -91,7 +90,7 @@ def test_a_step_is_followed_from_its_command_to_its_result(online: Told) -> None
     step = FleetStep("1", "executing", online.date, "pick", PLACE, "anna")
     assert online.robot == FleetRobot("MAYA", "working", since, online.date, step)
     online.end("1")
-    ended = FleetStep("1", "done", online.date, "pick", PLACE, "anna", 12.5)
+    ended = FleetStep("1", "done", online.date, "pick", PLACE, "anna", 1.0)
     assert online.robot == FleetRobot("MAYA", "idle", since, online.date, None, 0, (ended,))
 
 
@@ -138,7 +137,10 @@ def test_a_step_whose_command_was_not_seen_is_shown_by_its_id(online: Told) -> N
     assert online.robot.step == FleetStep("earlier", "executing", online.date)
     assert online.robot.waiting == 1
     online.end("earlier")
-    assert (online.robot.last[0].id, online.robot.last[0].command) == ("earlier", None)
+    (last,) = online.robot.last
+    assert (last.id, last.command, last.duration) == ("earlier", None, 1.0)
+    online.end("later")
+    assert online.robot.last[0].duration is None
 
 
 def test_lost_results_of_earlier_steps_do_not_keep_a_robot_busy(online: Told) -> None:
