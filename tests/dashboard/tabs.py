@@ -28,7 +28,7 @@ THEMES = ("dark", "light")
 DRIVER = ("GL Driver Message", "GPU stall", "[.WebGL")
 """Warnings of the graphics driver say these; they are no mistakes of the page. A shader with a mistake is one."""
 
-PATIENCE = 20.0
+PATIENCE = 60.0
 """Longest wait for something on a page [s]; a busy machine is slow."""
 
 expect.set_options(timeout=PATIENCE * 1e3)

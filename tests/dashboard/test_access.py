@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import pytest
 from playwright.sync_api import expect
@@ -171,14 +171,23 @@ def test_a_job_that_runs_and_a_robot_that_moves(robot: TwinService, examiner_of:
 
 
 @pytest.fixture
-def proposed(guarded: TwinService) -> TwinService:
-    """Return the service with users, one of whom proposes a job."""
-    root, student = guarded.token, {"name": "ana", "role": "student"}
-    if not guarded.refused("POST /v1/users", student):
-        guarded.token = guarded.ask("POST /v1/users/ana/tokens", {"note": "a test"})["token"]
-        guarded.ask("POST /v1/jobs", {"name": "mine", "steps": ["home"]})
+def proposed(guarded: TwinService) -> Iterator[TwinService]:
+    """Return the service with users: a student proposes a job, an operator drives and offers control."""
+    root = guarded.token
+    for name, role in (("ana", "student"), ("bea", "operator")):
         guarded.token = root
-    return guarded
+        guarded.refused("POST /v1/users", {"name": name, "role": role})
+        guarded.token = guarded.ask(f"POST /v1/users/{name}/tokens", {"note": "a test"})["token"]
+        if role == "student":
+            guarded.ask("POST /v1/jobs", {"name": "mine", "steps": ["home"]})
+    guarded.ask("POST /v1/lease", {})
+    guarded.ask("POST /v1/lease/offer", {"to": "root"})
+    guarded.token = root
+    yield guarded
+    lease = guarded.ask("POST /v1/lease", {"force": True})
+    guarded.request("DELETE", "/v1/lease", Authorization=f"Bearer {root}", Maya_Lease=lease["id"])
+    for job in guarded.ask("GET /v1/queue")["waiting"]:
+        guarded.ask(f"DELETE /v1/jobs/{job['id']}")
 
 
 def test_people_sign_in_and_look_after_each_other(proposed: TwinService, examiner_of: Opened) -> None:
@@ -189,7 +198,7 @@ def test_people_sign_in_and_look_after_each_other(proposed: TwinService, examine
     name, password = "type dialog input[autocomplete=username] = root", "type dialog input[type=password] = "
     other_way = "dialog .chip[aria-pressed=false]"
     wrong = [name, f"{password}wrong", "key Enter", "see dialog [role=alert]"]
-    right = [other_way, name, f"{password}{PASSWORD}", "key Enter", "see [data-users] li"]
+    right = [other_way, name, f"{password}{PASSWORD}", "key Enter", "see [data-users] li", "see [data-lease-notice]"]
     examiner.walk("sign in", [wrong, [other_way], right])
     examiner.walk("people", ROOT_WALK)
     assert examiner.found == []

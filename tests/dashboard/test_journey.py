@@ -125,8 +125,11 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
     width, height = SIZES["phone"]
     student, operator = tab_of(shared, locale="es"), tab_of(shared, width=width, height=height)
     for tab in (student, operator):
-        tab.page.goto(f"{shared.url}/queue")
+        tab.page.goto(f"{shared.url}/drive")
     sign_in(student, "ana")
+    expect(student.page.locator("[data-pause] button")).to_have_attribute("aria-disabled", "true")
+    expect(student.page.locator("[data-pause] [role=tooltip]")).to_contain_text("ana")
+    visit(student, "/queue")
     composer = student.page.locator("[data-composer]")
     composer.locator(".names summary").click()
     composer.get_by_role("button", name="Añadir una pieza").click()

@@ -13,6 +13,7 @@ from playwright.sync_api import expect
 
 from maya_un import __version__
 from maya_un.assembly import make_twin
+from maya_un.dashboard.pages import BROTLI
 from tests.conventions.source import ROOT
 from tests.dashboard.services import Service, ServiceProcess, service
 from tests.dashboard.tabs import GONE, PATIENCE, SIZES, Tab, stop_in_sight
@@ -167,7 +168,9 @@ NEWER = "0.2.0.newer"
 def copy_as_newer(folder: Path) -> None:
     """Copy the packages as another version, whose pages have files of other names, as each build has."""
     for package in ("dmc41x3", "maya_un"):
-        shutil.copytree(ROOT / "src" / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(
+            ROOT / "src" / package, folder / package, ignore=shutil.ignore_patterns("__pycache__", f"*{BROTLI}")
+        )
     init = folder / "dmc41x3" / "__init__.py"
     init.write_text(init.read_text(encoding="utf-8").replace(__version__, NEWER), encoding="utf-8")
     site = folder / "maya_un" / "dashboard" / "site"
