@@ -98,6 +98,14 @@ class Tab:
         """Return what is to be read on the page, and its problems."""
         return "\n".join([self.page.evaluate("document.body.innerText"), *self.problems])
 
+    def sign_in(self, name: str, password: str) -> None:
+        """Sign in by the dialogue that the page shows to people whom it does not know."""
+        self.page.fill("dialog input[autocomplete=username]", name)
+        self.page.fill("dialog input[type=password]", password)
+        self.page.keyboard.press("Enter")
+        self.until("!document.querySelector('dialog[open]')")
+        self.until_live()
+
     def choose(self, language: str, theme: str) -> None:
         """Choose language and theme for the next page that is loaded."""
         self.page.evaluate(

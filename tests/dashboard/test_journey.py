@@ -96,15 +96,6 @@ def shared(tmp_path: Path) -> Iterator[TwinService]:
         yield made
 
 
-def sign_in(tab: Tab, name: str) -> None:
-    """Sign in by the dialogue that the page shows to people whom it does not know."""
-    tab.page.fill("dialog input[autocomplete=username]", name)
-    tab.page.fill("dialog input[type=password]", secret(name))
-    tab.page.keyboard.press("Enter")
-    tab.until("!document.querySelector('dialog[open]')")
-    tab.until_live()
-
-
 def add_step(tab: Tab, command: str) -> Locator:
     """Add a block to the draft, and return it."""
     blocks = tab.page.locator("[data-blocks] > ol > li")
@@ -125,11 +116,8 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
     width, height = SIZES["phone"]
     student, operator = tab_of(shared, locale="es"), tab_of(shared, width=width, height=height)
     for tab in (student, operator):
-        tab.page.goto(f"{shared.url}/drive")
-    sign_in(student, "ana")
-    expect(student.page.locator("[data-pause] button")).to_have_attribute("aria-disabled", "true")
-    expect(student.page.locator("[data-pause] [role=tooltip]")).to_contain_text("ana")
-    visit(student, "/queue")
+        tab.page.goto(f"{shared.url}/queue")
+    student.sign_in("ana", secret("ana"))
     composer = student.page.locator("[data-composer]")
     composer.locator(".names summary").click()
     composer.get_by_role("button", name="Añadir una pieza").click()
@@ -143,7 +131,7 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
     student.page.get_by_role("button", name="Proponer el trabajo").click()
     expect(student.page.locator("[data-queued]")).to_contain_text("espera la aprobación")
 
-    sign_in(operator, "bea")
+    operator.sign_in("bea", secret("bea"))
     visit(operator, "/people")
     operator.page.locator("[data-approvals]").get_by_role("button", name="Look").click()
     proposal = operator.page.locator("[data-proposal]")

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from playwright.sync_api import expect
 
 from maya_un.dashboard.pages import PAGES
 from tests.dashboard.services import Service
 from tests.dashboard.tabs import LANGUAGES, SIZES, THEMES, Tab, stop_in_sight
+from tests.secrecy import secret
 
 HEADINGS = "[...document.querySelectorAll('main h1, main h2, main h3, main h4')].map((one) => Number(one.tagName[1]))"
 
@@ -36,3 +38,15 @@ def test_a_page_is_whole_in_every_language_size_and_theme(
                 assert tab.get(HEADINGS).count(1) == 1, where
                 stop_in_sight(tab)
                 assert tab.get(r"document.body.innerText.match(/\{\w+\}|undefined|NaN|\[object/)") is None, where
+
+
+def test_buttons_that_are_off_say_why(guarded: Service, tab_of: Callable[..., Tab]) -> None:
+    guarded.refused("POST /v1/users", {"name": "vic", "role": "viewer", "password": secret("vic")})
+    tab = tab_of(guarded)
+    tab.page.goto(f"{guarded.url}/drive")
+    tab.sign_in("vic", secret("vic"))
+    for name in ("home", "gripper", "pause"):
+        expect(tab.page.locator(f"[data-{name}] button")).to_have_attribute("aria-disabled", "true")
+        expect(tab.page.locator(f"[data-{name}] [role=tooltip]")).to_contain_text("vic has the role viewer")
+    tab.page.click("[data-pause]")
+    expect(tab.page.locator("[data-pause] [role=tooltip]")).to_be_visible()

@@ -153,11 +153,7 @@ def test_a_name_that_is_bent_to_this_machine_gets_no_page(robot: Service, foreig
 def test_the_token_is_in_no_address_and_in_no_file(guarded: Service, tab_of: Callable[..., Tab]) -> None:
     tab = tab_of(guarded)
     tab.page.goto(guarded.url)
-    tab.page.fill("dialog input[autocomplete=username]", "root")
-    tab.page.fill("dialog input[type=password]", PASSWORD)
-    tab.page.click("dialog button[type=submit]")
-    tab.until("!document.querySelector('dialog[open]')")
-    tab.until_live()
+    tab.sign_in("root", PASSWORD)
     token = tab.get("sessionStorage['maya.token']")
     assert token.startswith("maya_")
     for path in PAGES:
