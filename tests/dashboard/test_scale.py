@@ -57,6 +57,7 @@ def test_two_hundred_poses_are_searched_and_chosen(old: TwinService, tab_of: Cal
     shown = poses.count()
     assert shown < POSES
     assert tab.get(ELEMENTS) < FEW
+    assert tab.page.locator("svg .pose text").count() == 0, "names would cover each other"
     tab.page.click("[data-more]")
     expect(poses).to_have_count(2 * shown)
     tab.page.fill("main [data-search]", "SHELF042")

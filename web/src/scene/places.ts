@@ -2,7 +2,7 @@ import * as THREE from "three";
 import type { Zone } from "../machine/plan.ts";
 import type { PalletInfo, Point, TaughtPose } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
-import { cellOf } from "../state/places.ts";
+import { cellOf, MOST_NAMES } from "../state/places.ts";
 import { empty, glass, lambert, named } from "./materials.ts";
 import { bodyOf } from "./zones.ts";
 
@@ -26,9 +26,11 @@ export class PlacesLayer {
       if (point === null) continue;
       const ball = named(new THREE.Mesh(new THREE.OctahedronGeometry(0.025), lambert("c3")), "c3");
       ball.position.set(...point);
+      this.poses.add(ball);
+      if (poses.length > MOST_NAMES) continue;
       const text = label(name);
       text.position.set(point[0], point[1], point[2] + 0.07);
-      this.poses.add(ball, text);
+      this.poses.add(text);
     }
     this.changed();
   }

@@ -10,6 +10,9 @@ export const poses = shallowRef<readonly TaughtPose[]>([]);
 export const pallets = shallowRef<readonly PalletInfo[]>([]);
 export const zones = shallowRef<readonly Zone[]>([]);
 
+/** More poses than these lie so close in a picture that their names cover each other. */
+export const MOST_NAMES = 24;
+
 /** Whether the places have been read since the page was loaded. */
 export const placesKnown = ref(false);
 
