@@ -2,9 +2,11 @@ import { computed, shallowRef } from "vue";
 import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
 import type { Action, LeaseView, Me } from "../generated/api.ts";
+import { COMMON } from "../words/common.ts";
 import { translated } from "../words/errors.ts";
+import { t } from "../words/index.ts";
 import { useLoaded } from "./load.ts";
-import { can, latestEvent, queue, state } from "./robot.ts";
+import { can, connection, latestEvent, queue, state } from "./robot.ts";
 
 export const me = shallowRef<Me | null>(null);
 export const lease = shallowRef<LeaseView | null>(null);
@@ -19,6 +21,7 @@ export const { read: refresh } = useLoaded(
 
 /** Returns why an action is not possible now, "" if it is. */
 export function whyNot(action: Action): string {
+  if (connection.value === "lost") return t(COMMON.offline);
   const notice = can.value?.actions[action];
   return notice ? translated(notice.code, notice.message) : "";
 }
