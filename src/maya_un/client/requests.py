@@ -621,16 +621,18 @@ def pose(name: str) -> Request[TaughtPose]:
     return Request("GET", f"/v1/poses/{quoted(name)}", Answer("maya_un.schema.jobs", "TaughtPose"))
 
 
-def teach(name: str, *, replace: bool = False) -> Request[TaughtPose]:
-    """Store the present position of the robot under a name.
+def teach(name: str, *, replace: bool = False, point: tuple[float, float, float] | None = None) -> Request[TaughtPose]:
+    """Store the present position of the robot, or the `point` [m], under a name. Nothing moves.
 
-    If the name exists, the request is refused (4011 NameTaken) unless `replace` is true.
+    If the name exists, the request is refused (4011 NameTaken) unless `replace` is true. A pose of a `point` has the
+    joints that hold the gripper there; the robot must reach it.
     """
     return Request(
         "PUT",
         f"/v1/poses/{quoted(name)}",
         Answer("maya_un.schema.jobs", "TaughtPose"),
         query=changed({"replace": (replace, False)}),
+        body=changed({"point": (point, None)}),
     )
 
 

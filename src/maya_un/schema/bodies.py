@@ -119,6 +119,14 @@ def kind_of_jog(body: Mapping[str, Any]) -> type:
 
 
 @dataclass(frozen=True, slots=True)
+class PlaceToTeach:
+    """The `point` of a pose [m]; without it, the pose is the present position of the robot."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    point: tuple[Coordinate, Coordinate, Coordinate] | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Points:
     """Up to 500 points [x, y, z] [m]."""
 

@@ -85,13 +85,13 @@ class TeachingService:
         _require("pose", name, poses)
         return poses[name]
 
-    def teach(self, name: str, date: str, *, replacing: bool = False) -> TaughtPose:
-        """Store the current position under `name`, with the `date`.
+    def teach(self, name: str, date: str, joints: Joints | None = None, *, replacing: bool = False) -> TaughtPose:
+        """Store `joints` (rad, m, m), by default those of the current position, under `name`, with the `date`.
 
         Raises what `here` raises, `InvalidValue` for an invalid name, and `NameTaken`; with `replacing`, it replaces a
         pose of that name.
         """
-        taught = self._book.teach(name, self._here(), date, replacing=replacing)
+        taught = self._book.teach(name, self._here() if joints is None else joints, date, replacing=replacing)
         self._changed(name)
         return taught
 

@@ -49,6 +49,19 @@ async def test_a_pose_is_put_read_renamed_and_deleted() -> None:
         assert (await client.get("/v1/poses")).json() == []
 
 
+@pytest.mark.parametrize("homed", [True, False])
+async def test_a_pose_can_be_a_point_to_which_the_robot_does_not_move(homed: bool) -> None:
+    async with http_client(homed=homed) as (controller, client):
+        put = await client.put("/v1/poses/shelf", json={"point": [0.6, 1.0, 0.4]})
+        assert put.status_code == 200
+        pose = put.json()
+        assert pose["point"] == pytest.approx([0.6, 1.0, 0.4])
+        assert pose["joints"] == (await client.get("/v1/ik?x=0.6&y=1.0&z=0.4")).json()
+        assert not controller.state.moving
+        moved = await client.put("/v1/poses/shelf?replace=true", json={"point": [0.6, 1.0, 0.5]})
+        assert moved.json()["point"] == pytest.approx([0.6, 1.0, 0.5])
+
+
 async def test_a_pallet_is_put_read_renamed_and_deleted() -> None:
     async with http_client() as (controller, client):
         await client.put("/v1/poses/shelf")
@@ -86,6 +99,10 @@ async def test_overwriting_a_taught_pose_must_be_requested() -> None:
         ("PATCH", "/v1/poses/nowhere", {"name": "x"}, 404, 4010),
         ("GET", "/v1/pallets/shelf", None, 404, 4010),
         ("PUT", "/v1/poses/2", None, 422, 4001),
+        ("PUT", "/v1/poses/far", {"point": [9.0, 9.0, 0.4]}, 422, 2101),
+        ("PUT", "/v1/poses/far", {"point": [0.6, 1.0]}, 400, 4005),
+        ("PUT", "/v1/poses/far", {"point": [0.6, 1.0, 0.4], "joints": [1.0, 1.0, 1.0]}, 400, 4005),
+        ("PUT", "/v1/poses/shelf", {"point": [0.6, 1.0, 0.4]}, 409, 4011),
         ("PATCH", "/v1/poses/shelf", {}, 400, 4005),
         ("PATCH", "/v1/poses/shelf", {"name": "x", "to": "y"}, 400, 4005),
         ("PATCH", "/v1/poses/shelf", {"name": 3}, 422, 4001),

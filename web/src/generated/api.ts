@@ -684,6 +684,10 @@ export interface Permissions {
 
 export type PhasePreview = [string, number | null];
 
+export interface PlaceToTeach {
+  point?: [number, number, number] | null;
+}
+
 export type Point = [number, number, number];
 
 export interface PointResidual {
@@ -1125,7 +1129,7 @@ export interface Operations {
   "POST /v1/lease/ask": { body: undefined; answer: LeaseView };
   "GET /v1/poses": { body: undefined; answer: (TaughtPose)[] };
   "GET /v1/poses/{name}": { body: undefined; answer: TaughtPose };
-  "PUT /v1/poses/{name}": { body: undefined; answer: TaughtPose };
+  "PUT /v1/poses/{name}": { body: PlaceToTeach; answer: TaughtPose };
   "PATCH /v1/poses/{name}": { body: Name; answer: TaughtPose };
   "DELETE /v1/poses/{name}": { body: undefined; answer: Forgotten };
   "GET /v1/pallets": { body: undefined; answer: (PalletInfo)[] };

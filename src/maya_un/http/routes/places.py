@@ -31,7 +31,7 @@ from maya_un.http.exchange import answer, sent, sent_as_written, sent_long
 from maya_un.http.openapi import CONFIG, GRID, ZONE
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
-from maya_un.schema.bodies import Forgotten, Name, Points, Removed
+from maya_un.schema.bodies import Forgotten, Name, PlaceToTeach, Points, Removed
 from maya_un.schema.configuration import ConfigCheck, ConfigSchema
 from maya_un.schema.jobs import PalletInfo, TaughtPose
 from maya_un.schema.previews import Reach, Reachability, WorkspaceShape
@@ -195,6 +195,7 @@ def add_zones(routes: Routes) -> None:
 T = TypeVar("T")
 
 NameBody = Annotated[Name, sent(Name)]
+PlaceBody = Annotated[PlaceToTeach, sent(PlaceToTeach, optional=True)]
 GridBody = Annotated[dict[str, Any], sent_as_written(GRID)]
 
 _NAMES = {"another name": {"name": "shelf"}}
@@ -222,7 +223,7 @@ def add_poses(routes: Routes) -> None:
         """Return a taught pose; 4010 NotTaught if there is none."""
         return answer(await _taught(ask, lambda book: book.pose(name)))
 
-    teaching = (*_TAKING, NotConnected, NotHomed, Busy)
+    teaching = (*_TAKING, NotConnected, NotHomed, Busy, Unreachable)
 
     @routes.add(
         "PUT",
@@ -231,14 +232,20 @@ def add_poses(routes: Routes) -> None:
         tag=tag,
         gives=TaughtPose,
         refuses=teaching,
+        examples={"a place to which the robot need not move": {"point": [0.6, 1.0, 0.4]}},
         client="poses.teach",
     )
-    async def teach(ask: Ask, name: str, replace: bool = False) -> Response:
-        """Store the present position of the robot under a name.
+    async def teach(ask: Ask, name: str, body: PlaceBody, replace: bool = False) -> Response:
+        """Store the present position of the robot, or the `point` [m], under a name. Nothing moves.
 
-        If the name exists, the request is refused (4011 NameTaken) unless `replace` is true.
+        If the name exists, the request is refused (4011 NameTaken) unless `replace` is true. A pose of a `point` has the
+        joints that hold the gripper there; the robot must reach it.
         """
-        return answer(await _taught(ask, lambda book: book.teach(name, now(), replacing=replace)))
+        joints = None
+        if body.point is not None:
+            point = Point(*body.point)
+            joints = await ask(lambda service: service.previews.ik(point, ask.caller))
+        return answer(await _taught(ask, lambda book: book.teach(name, now(), joints, replacing=replace)))
 
     @routes.add(
         "PATCH",
