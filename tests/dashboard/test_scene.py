@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import pytest
 
@@ -86,3 +87,104 @@ def test_the_preview_of_a_motion_has_the_same_ghost_and_moves_nothing(
         tab.until(f"{GHOST} === null")
         robot.until(lambda queue: queue["running"] is None, "/v1/queue")
         assert robot.state["point"] == pytest.approx(target, abs=1e-3)
+
+
+TAUGHT = {
+    "poses": ("PUT /v1/poses/shelf?replace=true", {"point": FIRST}),
+    "pallets": (
+        "PUT /v1/pallets/tray?replace=true",
+        {"corners": [[0.6, 0.9, 0.4], [0.9, 0.9, 0.4], [0.6, 0.6, 0.4], [0.9, 0.6, 0.4]], "rows": 3, "columns": 4},
+    ),
+    "zones": ("PUT /v1/zones/post", {"kind": "box", "low": [0.2, 1.2, 0.0], "high": [0.4, 1.4, 0.5]}),
+}
+"""Requests that teach something of each kind."""
+
+PLACES: dict[str, Callable[[dict[str, Any]], list[list[float]]]] = {
+    "poses": lambda pose: [pose["point"]],
+    "pallets": lambda pallet: pallet["corners"],
+    "zones": lambda zone: [zone["low"], zone["high"]],
+}
+
+
+@pytest.fixture
+def taught(robot: Service) -> Iterator[Service]:
+    """Return a robot to which something of each kind has been taught."""
+    for request, body in TAUGHT.values():
+        robot.ask(request, body)
+    yield robot
+    for request, _ in TAUGHT.values():
+        robot.ask(request.replace("PUT", "DELETE").partition("?")[0])
+
+
+def place_of(robot: Service, kind: str) -> list[list[float]]:
+    """Return the points of what was taught [m]."""
+    [only] = robot.ask(f"GET /v1/{kind}")
+    return PLACES[kind](only)
+
+
+def edit(tab: Tab, kind: str) -> None:
+    """Open the form of what was taught, and wait for its grip in the 3D view."""
+    tab.page.click(f"[data-tab={kind}]")
+    tab.page.click("button[data-edit], [data-edit] button")
+    tab.until("document.querySelector('[data-grip]')")
+
+
+def centre(tab: Tab, selector: str) -> tuple[float, float]:
+    """Return where the middle of an element is [px]."""
+    box = tab.page.locator(selector).first.bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def drag(tab: Tab, axis: str) -> None:
+    """Drag the arrow of an axis half its length further."""
+    (x, y), (tip_x, tip_y) = centre(tab, "[data-axis] ~ [data-grip]"), centre(tab, f"[data-axis={axis}]")
+    tab.page.mouse.move(tip_x, tip_y)
+    tab.page.mouse.down()
+    tab.page.mouse.move(tip_x + (tip_x - x) / 4, tip_y + (tip_y - y) / 4)
+    tab.page.mouse.move(tip_x + (tip_x - x) / 2, tip_y + (tip_y - y) / 2)
+    tab.page.mouse.up()
+
+
+@pytest.mark.parametrize("kind", TAUGHT)
+def test_what_is_taught_moves_in_3d_and_is_sent_when_it_is_saved(
+    taught: Service, tab_of: Callable[..., Tab], kind: str
+) -> None:
+    tab = tab_of(taught)
+    tab.open("/teach")
+    before, counts = place_of(taught, kind), taught.state["counts"]
+    edit(tab, kind)
+    drag(tab, "x")
+    tab.page.focus("[data-grip]")
+    tab.page.keyboard.press("PageUp")
+    tab.page.keyboard.press("Shift+ArrowDown")
+    assert place_of(taught, kind) == before
+    saving = f"[data-save-{kind.removesuffix('s')}]"
+    tab.page.click(f"button{saving}, {saving} button")
+    tab.until("!document.querySelector('[data-grip]')", "the form is closed")
+    ways = [[new - old for old, new in zip(*pair, strict=True)] for pair in zip(before, place_of(taught, kind), strict=True)]
+    assert ways == [pytest.approx([ways[0][0], -0.001, 0.01], abs=1e-5)] * len(ways)
+    assert 0.01 < ways[0][0] < 0.5
+    assert taught.state["counts"] == counts
+
+
+def test_a_finger_drags_a_grip_and_scrolls_beside_it(taught: Service, tab_of: Callable[..., Tab]) -> None:
+    tab = tab_of(taught, width=390, height=844, has_touch=True)
+    tab.open("/teach")
+    edit(tab, "poses")
+    tab.page.locator("[data-scene]").scroll_into_view_if_needed()
+    finger = tab.page.context.new_cdp_session(tab.page)
+
+    def swipe(x: float, y: float, up: float) -> None:
+        for share, kind in ((0.0, "touchStart"), (0.5, "touchMove"), (1.0, "touchMove"), (1.0, "touchEnd")):
+            points = [] if kind == "touchEnd" else [{"x": x, "y": y - share * up}]
+            finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    scrolled, field = "scrollY", "document.querySelector('[data-place=z] input').value"
+    top, z = tab.get(scrolled), tab.get(field)
+    swipe(*centre(tab, "[data-axis=z]"), 40.0)
+    tab.until(f"Number({field}) > Number({z})")
+    assert tab.get(scrolled) == top
+    x, y = centre(tab, "[data-scene]")
+    swipe(x, y - 100.0, -120.0)
+    tab.until(f"{scrolled} < {top}")

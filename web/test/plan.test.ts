@@ -57,5 +57,7 @@ describe("zones", () => {
     const box = moved(BOX, 0.1004, -0.2);
     expect([box.low, box.high]).toEqual([[0.2, 0.8, 0], [0.4, 1.3, 0.6]]);
     expect(middleOf(moved(POLE, 0.5, 0))).toEqual([1, 0.6]);
+    expect(moved(POLE, 0, 0, 0.25)).toMatchObject({ x: 0.5, y: 0.6, low: 0.25, high: 1.25 });
+    expect(moved({ ...BOX, low: [0.1, 1, 0.0004] }, 0.1, 0)).toMatchObject({ low: [0.2, 1, 0.0004] }); // no axis but x changes
   });
 });

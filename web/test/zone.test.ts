@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import { moved } from "../src/machine/plan.ts";
-import { draftOfZone, draggedTo, newZone, zoneOf } from "../src/pages/teach/zone.ts";
+import { centredAt, draftOfZone, draggedTo, newZone, zoneOf } from "../src/pages/teach/zone.ts";
 
 describe("a zone as it is entered", () => {
   it("is around the place, from the table up", () => {
@@ -22,5 +22,12 @@ describe("a zone as it is entered", () => {
     expect(zoneOf(draggedTo(draft, moved(pole, 0.1, -0.1)))).toEqual({ ...pole, x: 0.6, y: 0.5 });
     const box = zoneOf(newZone("box", [0.5, 1.1, 0.4]));
     expect(zoneOf(draggedTo(draftOfZone(box as never), moved(box as never, 0.1, 0)))).toMatchObject({ low: [0.5, 1, 0], high: [0.7, 1.2, 0.4] });
+  });
+  it("keeps its size when its middle is dragged in space", () => {
+    const draft = newZone("box", [0.5, 1.1, 0.4]);
+    const zone = zoneOf(draft)!;
+    expect(zoneOf(centredAt(draft, zone, [0.6, 1.1, 0.3]))).toEqual({ ...zone, low: [0.5, 1, 0.1], high: [0.7, 1.2, 0.5] });
+    const pole = newZone("cylinder", [0.5, 1.1, 0.4]);
+    expect(zoneOf(centredAt(pole, zoneOf(pole)!, [0.5, 1, 0.7]))).toMatchObject({ x: 0.5, y: 1, low: 0.5, high: 0.9 });
   });
 });

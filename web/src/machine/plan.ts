@@ -1,4 +1,4 @@
-import type { BoxConfig, CylinderConfig, HalfSpaceConfig, Range } from "../generated/api.ts";
+import type { BoxConfig, CylinderConfig, HalfSpaceConfig, Point, Range } from "../generated/api.ts";
 
 /**
  * The plan view: the robot seen from above. Its drawing has mm, x to the right and y up; axis a is at the origin, and
@@ -115,14 +115,30 @@ export function fine(metres: number): number {
   return Math.round(metres * 1000) / 1000;
 }
 
-/** Returns a zone moved by a distance [m] in x and y. */
-export function moved<Z extends Zone>(zone: Z, dx: number, dy: number): Z {
+/** Returns a length [m] without what sums of decimal fractions leave. */
+export function exact(metres: number): number {
+  return Math.round(metres * 1e6) / 1e6;
+}
+
+/** Returns a zone moved by a distance [m]. */
+export function moved<Z extends Zone>(zone: Z, ...way: [dx: number, dy: number, dz?: number]): Z {
+  const by = (i: number, ...values: number[]) => values.map((value) => (way[i] ? fine(value + way[i]) : value));
   if (zone.kind === "box") {
-    const low = [fine(zone.low[0] + dx), fine(zone.low[1] + dy), zone.low[2]];
-    return { ...zone, low, high: [fine(low[0]! + zone.high[0] - zone.low[0]), fine(low[1]! + zone.high[1] - zone.low[1]), zone.high[2]] };
+    const ends = zone.low.map((low, i) => by(i, low, zone.high[i]!));
+    return { ...zone, low: ends.map(([low]) => low), high: ends.map(([, high]) => high) };
   }
-  if (zone.kind === "cylinder") return { ...zone, x: fine(zone.x + dx), y: fine(zone.y + dy) };
-  return { ...zone, point: [fine(zone.point[0] + dx), fine(zone.point[1] + dy), zone.point[2]] };
+  if (zone.kind === "cylinder") {
+    const [[x], [y], [low, high]] = [by(0, zone.x), by(1, zone.y), by(2, zone.low, zone.high)];
+    return { ...zone, x, y, low, high };
+  }
+  return { ...zone, point: zone.point.map((value, i) => by(i, value)[0]) };
+}
+
+/** Returns the middle of a zone with a volume [m]. */
+export function centreOf(zone: BoxConfig | CylinderConfig): Point {
+  const [x, y] = middleOf(zone);
+  const [low, high] = zone.kind === "box" ? [zone.low[2], zone.high[2]] : [zone.low, zone.high];
+  return [x, y, (low + high) / 2];
 }
 
 /** Returns the middle of a zone, seen from above [m]. */

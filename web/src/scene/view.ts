@@ -6,6 +6,7 @@ import type { Zone } from "../machine/plan.ts";
 import { colourOf } from "./colours.ts";
 import { Figure } from "./figure.ts";
 import { Ghost, type Ahead } from "./ghost.ts";
+import { Grips } from "./grips.ts";
 import { dashed, fill, solid } from "./line.ts";
 import { empty, free, glass, lambert, named } from "./materials.ts";
 import { PlacesLayer } from "./places.ts";
@@ -44,6 +45,8 @@ export class RobotView {
   private readonly parts = new THREE.Group();
   /** Taught places, and a zone that is being entered. */
   readonly places = new PlacesLayer(() => this.request());
+  readonly grips: Grips;
+  private readonly readers = new Set<() => void>();
   private readonly track: { at: number; x: number; y: number; z: number }[] = [];
   private latest: { state: Pose; at: number } | null = null;
   private given: readonly (readonly [number, number, number])[] | null = null;
@@ -65,9 +68,11 @@ export class RobotView {
     this.renderer.setPixelRatio(this.slow ? 0.75 : Math.min(devicePixelRatio, 2));
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
+    canvas.style.touchAction = "pan-y"; // a finger that moves up and down scrolls the page
     this.controls.maxDistance = 8;
     this.controls.minDistance = 0.3;
     this.controls.addEventListener("change", () => this.request());
+    this.grips = new Grips(this.camera, canvas);
     this.figure = new Figure(config.geometry, lambert);
     this.ghost = new Ghost(config.geometry);
     this.next.add(this.ghost.group);
@@ -127,6 +132,12 @@ export class RobotView {
   setAhead(ahead: Ahead | null): Point | null {
     this.request();
     return this.ghost.show(ahead);
+  }
+
+  /** Calls `reader` after each picture. Returns the function that ends this. */
+  onDrawn(reader: () => void): () => void {
+    this.readers.add(reader);
+    return () => this.readers.delete(reader);
   }
 
   /** Draws the parts on the table, by name. */
@@ -242,6 +253,7 @@ export class RobotView {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     if (upright !== this.camera.aspect < 1) this.show("perspective");
+    this.places.setPixel((2 * Math.tan(((this.camera.fov / 2) * Math.PI) / 180)) / height);
     this.request();
   }
 
@@ -257,6 +269,7 @@ export class RobotView {
       this.drawn = now;
       const goesOn = this.pose();
       this.renderer.render(this.scene, this.camera);
+      for (const reader of this.readers) reader();
       if (goesOn) this.request();
     });
   }

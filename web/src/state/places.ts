@@ -26,7 +26,7 @@ export async function readPlaces(): Promise<void> {
 }
 
 /** Returns the place of a cell of a pallet, counted from 1 [m]; null without a valid grid. */
-export function cellOf(pallet: PalletInfo, row: number, column: number): Point | null {
+export function cellOf(pallet: Pick<PalletInfo, "rows" | "columns" | "corners">, row: number, column: number): Point | null {
   if (pallet.corners === null || pallet.corners.length < 4) return null;
   const along = pallet.columns > 1 ? (column - 1) / (pallet.columns - 1) : 0;
   const down = pallet.rows > 1 ? (row - 1) / (pallet.rows - 1) : 0;

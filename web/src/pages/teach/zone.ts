@@ -1,4 +1,5 @@
-import type { BoxConfig, CylinderConfig } from "../../generated/api.ts";
+import type { BoxConfig, CylinderConfig, Point } from "../../generated/api.ts";
+import { centreOf, moved } from "../../machine/plan.ts";
 
 /** A zone as it is entered; a number that is not one is null. */
 export interface ZoneDraft {
@@ -60,6 +61,13 @@ export function zoneOf(draft: ZoneDraft): BoxConfig | CylinderConfig | null {
 
 /** Returns a draft at the place of a zone that was dragged. */
 export function draggedTo(draft: ZoneDraft, zone: BoxConfig | CylinderConfig): ZoneDraft {
-  if (zone.kind === "cylinder") return { ...draft, x: zone.x, y: zone.y };
-  return { ...draft, low: [...zone.low], high: [...zone.high] };
+  if (zone.kind === "box") return { ...draft, low: [...zone.low], high: [...zone.high] };
+  const [low, high] = [draft.low, draft.high];
+  return { ...draft, x: zone.x, y: zone.y, low: [low[0], low[1], zone.low], high: [high[0], high[1], zone.high] };
+}
+
+/** Returns a draft whose zone has its middle at a point [m]. */
+export function centredAt(draft: ZoneDraft, zone: BoxConfig | CylinderConfig, to: Point): ZoneDraft {
+  const from = centreOf(zone);
+  return draggedTo(draft, moved(zone, to[0] - from[0], to[1] - from[1], to[2] - from[2]));
 }
