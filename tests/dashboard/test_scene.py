@@ -162,7 +162,9 @@ def test_what_is_taught_moves_in_3d_and_is_sent_when_it_is_saved(
     saving = f"[data-save-{kind.removesuffix('s')}]"
     tab.page.click(f"button{saving}, {saving} button")
     tab.until("!document.querySelector('[data-grip]')", "the form is closed")
-    ways = [[new - old for old, new in zip(*pair, strict=True)] for pair in zip(before, place_of(taught, kind), strict=True)]
+    ways = [
+        [new - old for old, new in zip(*pair, strict=True)] for pair in zip(before, place_of(taught, kind), strict=True)
+    ]
     assert ways == [pytest.approx([ways[0][0], -0.001, 0.01], abs=1e-5)] * len(ways)
     assert 0.01 < ways[0][0] < 0.5
     assert taught.state["counts"] == counts

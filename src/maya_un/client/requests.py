@@ -624,8 +624,8 @@ def pose(name: str) -> Request[TaughtPose]:
 def teach(name: str, *, replace: bool = False, point: tuple[float, float, float] | None = None) -> Request[TaughtPose]:
     """Store the present position of the robot, or the `point` [m], under a name. Nothing moves.
 
-    If the name exists, the request is refused (4011 NameTaken) unless `replace` is true. A pose of a `point` has the
-    joints that hold the gripper there; the robot must reach it.
+    If the name exists, the request is refused (4011 NameTaken) unless `replace` is true. A pose of a `point` has
+    the joints that hold the gripper there; the robot must reach it.
     """
     return Request(
         "PUT",

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import NoReturn
 
 import httpx
 import pytest
 
-from maya_un.coms.agent import Agent
 from maya_un.coms.server import AgentSwitch, application
 from maya_un.errors import InvalidRequest, InvalidValue
 
@@ -19,8 +17,8 @@ def unmakable() -> NoReturn:
     raise InvalidValue(key="MAYA_COMS_URL", value="", reason="it is missing")
 
 
-async def asked(method: str, path: str, made: Callable[[], Agent] = unmakable, **headers: str) -> httpx.Response:
-    transport = httpx.ASGITransport(application(AgentSwitch(made, "MAYA")))
+async def asked(method: str, path: str, **headers: str) -> httpx.Response:
+    transport = httpx.ASGITransport(application(AgentSwitch(unmakable, "MAYA")))
     async with httpx.AsyncClient(transport=transport, base_url=AT) as client:
         return await client.request(method, path, headers=headers)
 

@@ -12,9 +12,6 @@ const MOST_CELLS = 400;
 /** Height of a text on the screen, whatever the distance [px]. */
 const TEXT = 20;
 
-/** Names of more poses than these would cover each other. */
-const MOST_NAMES = 30;
-
 /** A grid of places with its four corners [m]. */
 export type PalletGrid = Pick<PalletInfo, "rows" | "columns" | "corners"> & { corners: Point[] };
 

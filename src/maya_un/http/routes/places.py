@@ -238,8 +238,8 @@ def add_poses(routes: Routes) -> None:
     async def teach(ask: Ask, name: str, body: PlaceBody, replace: bool = False) -> Response:
         """Store the present position of the robot, or the `point` [m], under a name. Nothing moves.
 
-        If the name exists, the request is refused (4011 NameTaken) unless `replace` is true. A pose of a `point` has the
-        joints that hold the gripper there; the robot must reach it.
+        If the name exists, the request is refused (4011 NameTaken) unless `replace` is true. A pose of a `point` has
+        the joints that hold the gripper there; the robot must reach it.
         """
         joints = None
         if body.point is not None:
