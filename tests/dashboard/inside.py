@@ -5,15 +5,15 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator, Mapping
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
 from dmc41x3.loops import ScaledLoop
-from maya_un.assembly import Stack, Twin, stack, storage
+from maya_un.assembly import Stack, Twin, stack, staffed, storage
 from maya_un.config import Config, load
 from maya_un.dashboard.pages import add_dashboard
 from maya_un.http import dates
@@ -24,6 +24,7 @@ from maya_un.machine.log import MechanicsRecord
 from maya_un.machine.truth import TrueConstants
 from maya_un.recorder.store import RecordingStore
 from maya_un.values import Point
+from maya_un.workers import WorkerSet
 from tests.calm import CALM_FILE
 from tests.dashboard.services import SPEED, Service
 from tests.homing_mark import stand_homed
@@ -129,6 +130,18 @@ class TwinService(Service):
 
     async def _serve(self, config: Config, started: Future[None]) -> None:
         options = self._options
+        with staffed(config) as staff:
+            async with self._assembled(config, staff) as robot, self._served(config, robot):
+                if options.homed:
+                    await stand_homed(robot)
+                self._over = asyncio.Event()
+                started.set_result(None)
+                await self._over.wait()
+                await robot.process.close()
+
+    @asynccontextmanager
+    async def _assembled(self, config: Config, staff: WorkerSet) -> AsyncIterator[Stack]:
+        options = self._options
         async with (
             storage(self.folder / "maya.db" if options.stored else None, config.storage) as kept,
             stack(
@@ -142,20 +155,21 @@ class TwinService(Service):
                 calendar=dates,
                 users=kept.users,
                 recordings=RecordingStore.of(config.recorder, self.folder / "recordings", time.time_ns),
+                staff=staff,
             ) as robot,
         ):
-            loop, gate, callers = asyncio.get_running_loop(), robot.gate, robot.entrance.callers
-            bridge = Bridge(loop, robot.service, gate=gate, callers=callers, journal=robot.journal)
-            app = create_app(bridge, addresses=options.addresses)
-            add_dashboard(app, config.camera.url)
-            self._loop, self._stack, self._over = loop, robot, asyncio.Event()
-            with bound_socket(self.port) as listener:
-                async with served(app, listener):
-                    if options.homed:
-                        await stand_homed(robot)
-                    started.set_result(None)
-                    await self._over.wait()
-                    await robot.process.close()
+            yield robot
+
+    @asynccontextmanager
+    async def _served(self, config: Config, robot: Stack) -> AsyncIterator[None]:
+        self._loop, self._stack = asyncio.get_running_loop(), robot
+        gate, callers = robot.gate, robot.entrance.callers
+        bridge = Bridge(self._loop, robot.service, gate=gate, callers=callers, journal=robot.journal)
+        app = create_app(bridge, addresses=self._options.addresses)
+        add_dashboard(app, config.camera.url)
+        with bound_socket(self.port) as listener:
+            async with served(app, listener):
+                yield
 
 
 @contextmanager

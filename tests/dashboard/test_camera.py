@@ -114,5 +114,6 @@ def test_a_snapshot_is_requested_after_the_answer_to_the_one_before(
 
 
 def test_without_a_camera_there_is_no_place_for_one(tab: Tab) -> None:
+    tab.open("/")
     tab.until("document.querySelector('[data-scene]')?.dataset.drawn")
     assert tab.get("document.querySelector('[data-camera]') === null")
