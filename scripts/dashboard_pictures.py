@@ -1,6 +1,7 @@
 """Draws docs/images/dashboard: each page of the dashboard on phone, tablet and desktop, in both themes.
 
-It needs Chromium, and looks at the real thing: a `maya up` with users, jobs, poses and a running job.
+It needs Chromium, and looks at the real thing: a `maya up` with users, jobs, poses and a running job. The page Robots
+is that of a robot at a broker with two others.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,10 @@ sys.path.insert(0, str(ROOT))
 from maya_un.dashboard.pages import PAGES  # noqa: E402 - the path comes first
 from tests.dashboard.services import Service, service  # noqa: E402
 from tests.dashboard.tabs import FLAGS, SIZES, THEMES, Tab  # noqa: E402
+from tests.ports import free_port  # noqa: E402
+from tests.system.brokers import broker  # noqa: E402
+from tests.system.processes import Process, done as ended  # noqa: E402
+from tests.system.test_fleet import Robot  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images" / "dashboard"
 
@@ -36,11 +42,21 @@ SINGLE = {
     "drive": ("/drive", "desktop", "dark"),
     "queue": ("/queue", "desktop", "dark"),
     "phone": ("/", "phone", "dark"),
+    "robots": ("/robots", "desktop", "dark"),
 }
 """Pictures of one screen, for README and the guide: docs/images/dashboard-NAME.png."""
 
 POSES = {"tray": (0.30, 1.05, 0.7), "box": (1.05, 0.40, 0.7), "rest": (0.80, 0.80, 0.9)}
 ZONE = {"kind": "box", "low": [0.55, 0.95, 0.0], "high": [0.75, 1.15, 0.55]}
+STEPS = (
+    ("luis", "ANA home"),
+    ("luis", "ANA approach 0.5 1.1 0.5"),
+    ("cell", "BETO home"),
+    ("cell", "BETO pick 9 9 0.4"),
+    ("luis", "ANA gripper open"),
+)
+"""Steps for other robots, with their supervisors."""
+
 FAILS = {"name": "forgot to pick", "steps": [{"place": [0.50, 1.00]}]}
 
 
@@ -49,10 +65,10 @@ def main() -> int:
     IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
-        with service(Path(folder), "--speed 20 --table examples/02_sort_grid.yaml") as robot:
+        with service(Path(folder), "--speed 20 --table examples/02_sort_grid.yaml") as robot, fleet() as of_fleet:
             prepare(robot)
             for path in PAGES:
-                screens = dict(shots(browser, robot, path))
+                screens = dict(shots(browser, of_fleet if path == "/robots" else robot, path))
                 sheet(list(screens.values())).save(IMAGES / f"{path.strip('/') or 'live'}.webp", quality=82, method=6)
                 for name, (of, size, theme) in SINGLE.items():
                     if of == path:
@@ -82,6 +98,28 @@ def prepare(robot: Service) -> None:
     submit(robot, "05_pallet")
     robot.token = root
     robot.until(lambda report: report["steps"][3]["state"] != "queued", f"/v1/jobs/{running['id']}")
+
+
+@contextmanager
+def fleet() -> Iterator[Service]:
+    """Run a robot at a broker with two others; two supervisors have sent steps, and one of these is under way."""
+    with ExitStack() as running:
+        folder = Path(running.enter_context(tempfile.TemporaryDirectory()))
+        one = running.enter_context(broker(folder))
+        for name in ("ANA", "BETO"):
+            other = Robot(name, folder / name, one)
+            running.callback(other.kill)
+            other.start()
+        settings = f'[coms]\nserver_address = "http://localhost:{free_port()}"\n'
+        options = f"--coms --rosbridge-port {free_port()} --journal memory --speed 2"
+        robot = running.enter_context(service(folder, options, settings, MAYA_COMS_URL=one.url))
+        robot.until(lambda found: {one["state"] for one in found["robots"]} == {"idle"}, "/v1/fleet")
+        for user, step in STEPS:
+            ended(f"fleet send {step} --url {one.url}", env={"MAYA_COMS_USER": user})
+        under_way = Process(f"fleet send MAYA home --url {one.url}", env={"MAYA_COMS_USER": "luis"})
+        running.callback(under_way.kill)
+        robot.until(lambda found: found["robots"][2]["state"] == "working", "/v1/fleet")
+        yield robot
 
 
 def submit(robot: Service, example: str) -> Any:

@@ -7,7 +7,6 @@ import random
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -359,13 +358,13 @@ async def storage(path: Path | None, keep: StorageConfig) -> AsyncIterator[Stack
 def _number_run(journal: Journal | None, calendar: Calendar | None, events: EventLog) -> None:
     """Number this run of the program, and store its events if there is a journal.
 
-    Only a journal counts the starts. Without one, the number is the date [s since 1970], if there is a calendar:
-    clients must notice that the service was started again.
+    Only a journal counts the starts. Without one, the number consists of the digits of the date, if there is a
+    calendar: clients must notice that the service was started again.
     """
     if journal is not None:
         keep_events(events, journal, calendar)
     elif calendar is not None:
-        events.run = int(datetime.fromisoformat(calendar.now()).timestamp())
+        events.run = int("".join(filter(str.isdigit, calendar.now())))
 
 
 def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:

@@ -18,7 +18,7 @@ class Status:
 
     `address` is the controller's, "sim" for the twin; `speed` is the speed of the twin's clock, 1 on a machine.
     `holding` is None if unknown. `last_event` is the number of the newest event. `run` counts the starts of the
-    program; without a stored queue it is the date of the start [s since 1970]. Each start numbers its events from 1.
+    program; without a stored queue it is the date of the start as digits. Each start numbers its events from 1.
     `jobs` has the running job and the first waiting ones. `queue` is the mode of the queue, `reason` why it is paused.
     """
 
