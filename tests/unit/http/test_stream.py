@@ -23,6 +23,8 @@ from maya_un.http import connections
 from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
 from maya_un.http.thread import bound_socket
+from maya_un.schema.encoding import to_data
+from maya_un.schema.fleet import FleetRobot, FleetView
 from maya_un.service.access.operations import LOCAL
 from tests.streaming import Client, SlowReader, Watched, connected, streamed
 from tests.virtual_time import turn
@@ -55,12 +57,24 @@ def test_greeting_has_versions_run_last_event_and_caller() -> None:
             "robot": "MAYA",
             "address": "sim",
             "speed": 50.0,
+            "fleet": False,
             "who": {"name": "local", "role": "admin"},
         }
         passed = (asyncio.get_running_loop().time() - time) / 50.0
         assert (datetime.now(UTC) - date).total_seconds() == pytest.approx(passed, abs=0.1)
 
     run_story(story, before=3, run_number=4, speed=50.0)
+
+
+def test_fleet_is_sent_at_once_and_at_each_change_while_the_robot_is_silent() -> None:
+    async def story(watched: Watched, client: Client) -> None:
+        await client.ask("subscribe", fleet=True)
+        assert (await client.until("fleet"))["fleet"]["link"] == "none"
+        for view in (FleetView("connected", robots=(FleetRobot("MAYA", "idle"),)), FleetView("lost", more=3)):
+            watched.fleet.show(view)
+            assert (await client.until("fleet"))["fleet"] == to_data(view)
+
+    run_story(story)
 
 
 def test_invalid_message_is_answered_and_the_client_stays() -> None:
