@@ -26,7 +26,8 @@ from tests.dashboard.services import Service, service  # noqa: E402
 from tests.dashboard.tabs import FLAGS, SIZES, THEMES, Tab  # noqa: E402
 from tests.ports import free_port  # noqa: E402
 from tests.system.brokers import broker  # noqa: E402
-from tests.system.processes import Process, done as ended  # noqa: E402
+from tests.system.processes import Process  # noqa: E402
+from tests.system.processes import done as ended  # noqa: E402
 from tests.system.test_fleet import Robot  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images" / "dashboard"
