@@ -364,7 +364,7 @@ def _number_run(journal: Journal | None, calendar: Calendar | None, events: Even
     if journal is not None:
         keep_events(events, journal, calendar)
     elif calendar is not None:
-        events.run = int("".join(filter(str.isdigit, calendar.now())))
+        events.run = int("".join(filter(str.isdigit, calendar.now()[:19])))
 
 
 def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -> None:

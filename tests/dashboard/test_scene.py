@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 
@@ -108,7 +109,10 @@ PLACES: dict[str, Callable[[dict[str, Any]], list[list[float]]]] = {
 
 @pytest.fixture
 def taught(robot: Service) -> Iterator[Service]:
-    """Return a robot to which something of each kind has been taught."""
+    """Return a robot to which one thing of each kind has been taught, and nothing else."""
+    for kind in TAUGHT:
+        for one in robot.ask(f"GET /v1/{kind}"):
+            robot.ask(f"DELETE /v1/{kind}/{quote(one['name'], safe='')}")
     for request, body in TAUGHT.values():
         robot.ask(request, body)
     yield robot

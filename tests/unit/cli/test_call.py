@@ -16,7 +16,7 @@ from maya_un.errors import InvalidCommandLine
     [
         ("reach", ["x=0.5", "y=1.2", "z=4e-1"], "/v1/reach?x=0.5&y=1.2&z=0.4", None),
         ("pause_queue", ["when=now"], "/v1/queue/pause", {"when": "now"}),
-        ("teach", ["name=5", "replace=true"], "/v1/poses/5?replace=true", None),
+        ("teach", ["name=5", "replace=true"], "/v1/poses/5?replace=true", {}),
         ("submit", ['job={"steps":[]}', "depends_on=[3, 4]"], "/v1/jobs?depends_on=3&depends_on=4", {"steps": []}),
         ("forget", ["name=a=b"], "/v1/poses/a%3Db", None),
         ("stop", [], "/v1/stop", None),

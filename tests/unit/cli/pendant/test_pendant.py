@@ -159,7 +159,7 @@ def test_a_pose_is_taught() -> None:
     robot = Robot()
     with pendant(robot) as session:
         real_time(teach(session))
-        assert robot.asked == [("PUT", "/v1/poses/shelf?replace=true", None)]
+        assert robot.asked == [("PUT", "/v1/poses/shelf?replace=true", {})]
         assert session.notes[-1].startswith("Taught shelf: 0.5000 1.1000 0.6000 m")
 
 
