@@ -360,6 +360,16 @@ class NotAllowed(
     needed: str
 
 
+class LastAdministrator(
+    RequestError,
+    code=4107,
+    en="{name} is the only administrator, and nobody else could undo this. Give another user the role admin first.",
+):
+    """The only administrator cannot be removed, and cannot lose the role."""
+
+    name: str
+
+
 class LeaseHeld(
     RequestError,
     code=4103,

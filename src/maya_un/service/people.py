@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
 
-from maya_un.errors import InvalidValue, NotAllowed, NotFound, NotSignedIn, UnknownName
+from maya_un.errors import InvalidValue, LastAdministrator, NotFound, NotSignedIn, UnknownName
 from maya_un.process.lease import LeaseHolder
 from maya_un.schema.people import LONGEST, PATIENCE, LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
 from maya_un.service.access import callers
@@ -83,7 +83,8 @@ class UserService:
 
         Administrators change any user. Others change only their own password, and must give the `old` one, so that a
         stolen token is not sufficient. The last administrator cannot lose this role. Raises `UnknownName`,
-        `NotAllowed`, `NotSignedIn` for a wrong old password, `TooManyRequests`, `InvalidValue`, `StorageFailed`.
+        `NotAllowed`, `NotSignedIn` for a wrong old password, `TooManyRequests`, `InvalidValue`, `LastAdministrator`,
+        `StorageFailed`.
         """
         if role is not None or name != by.name:
             require(by, Operation.USERS)
@@ -105,7 +106,7 @@ class UserService:
         return self._line(changed)
 
     async def remove(self, name: str) -> None:
-        """Remove a user with all tokens; raises `UnknownName`, `StorageFailed`, and `NotAllowed` for the last admin."""
+        """Remove a user with all tokens; raises `UnknownName`, `StorageFailed`, `LastAdministrator`."""
         async with self._register.turn:
             self._require_another_admin(self._user(name))
             self._ended("", name, f"{name} was removed")
@@ -205,10 +206,10 @@ class UserService:
         return user
 
     def _require_another_admin(self, user: User) -> None:
-        """Raise `NotAllowed` if `user` is the only administrator, because no one could reverse the change."""
+        """Raise `LastAdministrator` if `user` is the only administrator, because no one could reverse the change."""
         admins = [name for name, one in self._register.users.items() if one.role is Role.ADMIN]
         if admins == [user.name]:
-            raise NotAllowed(who=user.name, role="the last administrator", operation="this", needed="another one first")
+            raise LastAdministrator(name=user.name)
 
     def _date(self, text: str) -> str:
         """Return a date as it is stored; raises `InvalidValue` for an invalid or a past date."""

@@ -10,6 +10,7 @@ import pytest
 
 from maya_un.errors import (
     InvalidValue,
+    LastAdministrator,
     LeaseLost,
     MayaError,
     NotAllowed,
@@ -118,14 +119,14 @@ async def test_the_last_administrator_stays() -> None:
     owner = caller_registry()
     root = await owner.admin()
     for role in ("viewer", "student", "operator"):
-        with pytest.raises(NotAllowed, match="last administrator"):
+        with pytest.raises(LastAdministrator, match="root is the only administrator"):
             await owner.people.change("root", role=role, by=root)
-    with pytest.raises(NotAllowed):
+    with pytest.raises(LastAdministrator):
         await owner.people.remove("root")
     await owner.people.change("root", role="admin", by=root)
     await owner.caller("ann", "admin")
     await owner.people.remove("root")
-    with pytest.raises(NotAllowed):
+    with pytest.raises(LastAdministrator):
         await owner.people.remove("ann")
 
 
@@ -134,7 +135,7 @@ async def test_two_administrators_do_not_remove_each_other() -> None:
     await owner.admin()
     await owner.caller("ann", "admin")
     found = await asyncio.gather(owner.people.remove("root"), owner.people.remove("ann"), return_exceptions=True)
-    assert [type(one) for one in found] == [type(None), NotAllowed]
+    assert [type(one) for one in found] == [type(None), LastAdministrator]
 
 
 async def test_removed_user_is_refused_and_loses_the_lease() -> None:

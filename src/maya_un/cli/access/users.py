@@ -123,7 +123,7 @@ def listed(settings: OutputSettings) -> int:
 
 
 def change_role(name: str, role: RoleName, settings: OutputSettings) -> int:
-    """Change the role of a user; raises `UnknownName`, and `NotAllowed` for the last administrator."""
+    """Change the role of a user; raises `UnknownName`, and `LastAdministrator`."""
     changed = ServiceClient.find().ask(requests.change_user(name, role=role))
     return output.answer(changed, translate("{name} is {role}.", settings.language, **changed), settings)
 
@@ -146,7 +146,7 @@ def change_password(name: str | None, settings: OutputSettings, *, none: bool) -
 
 
 def remove(name: str, settings: OutputSettings) -> int:
-    """Remove a user with all tokens; raises `UnknownName`, and `NotAllowed` for the last administrator."""
+    """Remove a user with all tokens; raises `UnknownName`, and `LastAdministrator`."""
     removed = ServiceClient.find().ask(requests.remove_user(name))
     return output.answer(
         removed, translate("{removed} is removed, with all tokens.", settings.language, **removed), settings

@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import Request, Response
 
 from maya_un.errors import (
+    LastAdministrator,
     LeaseHeld,
     LeaseLost,
     LeaseNeeded,
@@ -190,7 +191,7 @@ def add_users(routes: Routes) -> None:
         *_OWN,
         tag=_USERS,
         gives=UserLine,
-        refuses=(UnknownName, StorageFailed),
+        refuses=(UnknownName, LastAdministrator, StorageFailed),
         examples={
             "another role": {"role": "operator"},
             "own password": {"old": "correct horse battery", "password": "four words are enough"},
@@ -215,7 +216,7 @@ def add_users(routes: Routes) -> None:
         Operation.USERS,
         tag=_USERS,
         gives=Removed,
-        refuses=(UnknownName, StorageFailed),
+        refuses=(UnknownName, LastAdministrator, StorageFailed),
         client="users.remove",
     )
     async def remove_user(ask: Ask, name: str) -> Response:
