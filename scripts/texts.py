@@ -1,9 +1,10 @@
 """Extracts the texts of the packages from the code, updates the Spanish catalogues, and compiles them.
 
-These are texts: the first argument of `translate` or `marked`, the second of `reword`, the sentence `en` of a class, a
-row of a table, the words that the type of an error's detail lists, the title and first comment of an example, and the
-meaning of a setting. With --check it writes nothing and returns 1 if a catalogue lacks a translation, holds an obsolete
-or fuzzy one, has other placeholders than the English text, or is not compiled.
+These are texts: the first argument of `translate`, `marked` or `phrase`, the second of `reword`, the sentence `en` of a
+class, a row of a table, a constant for a detail of an error that is a `Phrase`, the words that the type of a detail
+lists, the title and first comment of an example, and the meaning of a setting. With --check it writes nothing and
+returns 1 if a catalogue lacks a translation, holds an obsolete or fuzzy one, has other placeholders than the English
+text, or is not compiled.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ import ast
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from string import Formatter
-from typing import Any, get_args, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from babel.messages.catalog import Catalog, Message
 from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
 
-from dmc41x3.i18n import LANGUAGES
+from dmc41x3.i18n import LANGUAGES, PHRASE, Phrase, unformatted
 from maya_un.config import Config
 from maya_un.config.settings import sections, settings
 from maya_un.errors import by_code
@@ -29,9 +31,10 @@ from maya_un.http.doctor.finding import Finding
 from maya_un.process.spec.examples import EXAMPLES, title_and_description
 
 SOURCE = Path(__file__).resolve().parent.parent / "src"
-PACKAGES = ("dmc41x3", "maya_un")
+PACKAGES = {"dmc41x3": ("dmc41x3",), "maya_un": ("maya_un", "maya_ros")}
+"""The catalogues, and the packages whose texts each contains. Errors of `maya_ros` are shown by `maya` too."""
 
-_CALLS = {"translate": (0, 2), "marked": (0, 1), "reword": (1, None)}
+_CALLS = {"translate": (0, 2), "marked": (0, 1), "reword": (1, None), "phrase": (0, None)}
 """Functions that take a text: the places of the text and of its context among the arguments."""
 
 _TABLES = {"FindingText"}
@@ -96,6 +99,17 @@ def stored(file: Path, language: str) -> Translations:
     return catalogue
 
 
+def phrases(language: str = LANGUAGES[1]) -> dict[str, str]:
+    """Return the phrases of all packages in a language by the English ones; `{name}` stands for a detail."""
+    files = (SOURCE / package / "locale" / language / "LC_MESSAGES" / f"{package}.po" for package in PACKAGES)
+    found = {str(one.id): str(one.string) for file in files for one in stored(file, language) if one.context == PHRASE}
+    return {_bare(english): _bare(found[english]) for english in sorted(found) if found[english] != english}
+
+
+def _bare(template: str) -> str:
+    return unformatted(template).replace("{{", "{").replace("}}", "}")
+
+
 def compiled(catalogue: Catalog) -> bytes:
     """Return a catalogue as the standard library's gettext reads it."""
     file = BytesIO()
@@ -106,16 +120,16 @@ def compiled(catalogue: Catalog) -> bytes:
 def extracted(package: str) -> Catalog:
     """Return the texts of a package, each with the files that it stands in."""
     catalogue = Catalog(charset="utf-8")
-    for text in [*texts(SOURCE / package), *detail_words(package), *example_texts(package), *config_texts(package)]:
+    found = [text for folder in PACKAGES[package] for text in texts(SOURCE / folder)]
+    for text in [*found, *detail_words(package), *example_texts(package), *config_texts(package)]:
         catalogue.add(text.english, context=text.context or None, locations=[(text.file, 1)])
     return catalogue
 
 
 def texts(folder: Path) -> Iterator[Text]:
     """Yield the texts in the Python files of a folder."""
-    for path in sorted(folder.rglob("*.py")):
-        file = path.relative_to(SOURCE).as_posix()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for file, tree in _trees(folder):
+        for node in ast.walk(tree):
             if isinstance(node, ast.Call):
                 yield from _of_call(node, file)
             elif isinstance(node, ast.ClassDef):
@@ -123,24 +137,75 @@ def texts(folder: Path) -> Iterator[Text]:
                 yield from (Text(english, "", file) for english in sentences if english)
 
 
+def _trees(folder: Path) -> Iterator[tuple[str, ast.Module]]:
+    for path in sorted(folder.rglob("*.py")):
+        yield path.relative_to(SOURCE).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+
+
 def _of_call(call: ast.Call, file: str) -> Iterator[Text]:
-    name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+    name = _name(call)
     if name in _TABLES:
         yield from (Text(english, "", file) for english in map(_constant, call.args) if english)
+    for given in _phrases(call):
+        yield from (Text(english, PHRASE, file) for english in _alternatives(given) if english)
     if name not in _CALLS:
         return
     at, context_at = _CALLS[name]
     given = dict(enumerate(call.args))
     named = {keyword.arg: keyword.value for keyword in call.keywords}
-    context = _constant(named.get("context", given.get(-1 if context_at is None else context_at)))
-    yield from (Text(english, context, file) for english in _alternatives(given.get(at)) if english)
+    context = named.get("context", given.get(-1 if context_at is None else context_at))
+    shown = PHRASE if name == "phrase" or _is_name(context, "PHRASE") else _constant(context)
+    found = (Text(english, shown, file) for english in _alternatives(given.get(at)) if english)
+    yield from (text for text in found if shown != PHRASE or _has_words(text.english))
+
+
+def _name(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+
+
+def _is_name(node: ast.expr | None, name: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == name
+
+
+def _has_words(template: str) -> bool:
+    """Return whether a template has words of its own, which "{name}: {reason}" has not."""
+    return any(character.isalpha() for text, *_ in Formatter().parse(template) for character in text)
+
+
+def _phrases(call: ast.Call) -> list[ast.expr]:
+    """Return the details in a call that makes an error, of those that are always phrases."""
+    wanted = _phrase_details().get(_name(call), frozenset())
+    return [keyword.value for keyword in call.keywords if keyword.arg in wanted]
+
+
+@cache
+def _phrase_details() -> dict[str, frozenset[str]]:
+    """Return, by the names of errors, the details that are phrases and may not be any other text."""
+    kinds = {kind: get_type_hints(kind, include_extras=True) for kind in by_code().values()}
+    return {
+        kind.__name__: frozenset(name for name in kind.declared if _is_phrase(hints[name]))
+        for kind, hints in kinds.items()
+    }
+
+
+def _is_phrase(kind: Any) -> bool:
+    kinds = {kind, *get_args(kind)} if get_origin(kind) is not Annotated else {kind}
+    return Phrase in kinds and not {str, object} & kinds
 
 
 def _alternatives(node: ast.expr | None) -> list[str]:
-    """Return the texts of an argument: a constant, or the two of a condition."""
-    if isinstance(node, ast.IfExp):
-        return [*_alternatives(node.body), *_alternatives(node.orelse)]
-    return [_constant(node)]
+    """Return the texts of an argument: a constant, or those of a condition or of an `or`."""
+    return [_constant(one) for one in _branches(node)]
+
+
+def _branches(node: ast.expr | None) -> list[ast.expr | None]:
+    match node:
+        case ast.IfExp(body=body, orelse=other):
+            return [*_branches(body), *_branches(other)]
+        case ast.BoolOp(values=values):
+            return [one for value in values for one in _branches(value)]
+        case _:
+            return [node]
 
 
 def _constant(node: ast.expr | None) -> str:
@@ -150,7 +215,7 @@ def _constant(node: ast.expr | None) -> str:
 def detail_words(package: str) -> Iterator[Text]:
     """Yield the words that details of errors are chosen from, which their types list, and the names of checks."""
     for declared in (*by_code().values(), Finding):
-        if declared.__module__.partition(".")[0] == package:
+        if declared.__module__.partition(".")[0] in PACKAGES[package]:
             file = declared.__module__.replace(".", "/") + ".py"
             for name, kind in get_type_hints(declared).items():
                 yield from (Text(word, f"{declared.__name__}.{name}", file) for word in _words(kind))

@@ -7,11 +7,11 @@ as `maya_un.errors` does.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
+from functools import cache
 from typing import ClassVar, Self, dataclass_transform
 
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import Phrase, add_sentence, details_in, translate, translate_phrase, unformatted
 
 _by_code: dict[int, type[CodedError]] = {}
 
@@ -44,6 +44,8 @@ class CodedError(Exception):
             raise TypeError(f"{cls.__name__} has the code {code} of {_by_code[code].__name__}")
         own = {name: name not in vars(cls) for name in cls.__annotations__}
         cls.code, cls.en, cls.declared = code, en, {**cls.declared, **own}
+        if code:
+            add_sentence(en, cls.__name__)
 
     def __init__(self, **details: object) -> None:
         kind = type(self)
@@ -91,43 +93,47 @@ class CodedError(Exception):
     @classmethod
     def translated(cls, sentence: str, language: str) -> str:
         """Return the English sentence of this error in `language`; any other sentence unchanged."""
-        found = None if language == "en" else re.fullmatch(_pattern(cls.en), sentence, re.DOTALL)
-        if found is None:
+        details = None if language == "en" else details_in(sentence, cls.en)
+        if details is None:
             return sentence
-        shown = {key: _translated(value, language, f"{cls.__name__}.{key}") for key, value in found.groupdict().items()}
-        return cls.template(language).replace("!r}", "}").format_map(shown)
+        return unformatted(cls.template(language)).format_map(cls._shown(details, language))
 
     def _sentence(self, language: str) -> str:
-        """Return the sentence with the details; details that are words of the catalogue are translated."""
-        shown = self.details
-        if language != "en":
-            name = type(self).__name__
-            shown = {key: _translated(value, language, f"{name}.{key}") for key, value in shown.items()}
-        return self.template(language).format_map(_Missing(shown))
+        """Return the sentence with the details; details that are words or phrases of the catalogue are translated."""
+        return self.template(language).format_map(_Missing(self._shown(self.details, language)))
+
+    @classmethod
+    def _shown(cls, details: Mapping[str, object], language: str) -> Mapping[str, object]:
+        """Return details as they stand in the sentence in `language`."""
+        if language == "en":
+            return details
+        phrases = phrase_details(cls)
+        return {
+            name: _translated(value, language, f"{cls.__name__}.{name}", phrase=name in phrases)
+            for name, value in details.items()
+        }
 
     def copy(self, **changes: object) -> Self:
         """Return a copy with changed details; one instance raised in several tasks would collect their tracebacks."""
         return self.rebuilt({**self.details, **changes}, str(self) if self.verbatim else None)
 
 
-def _pattern(template: str) -> str:
-    """Return the regular expression that matches the sentences of a template."""
-    from string import Formatter  # noqa: PLC0415  # it compiles patterns of its own, and is seldom needed
+@cache
+def phrase_details(kind: type[CodedError]) -> frozenset[str]:
+    """Return the names of the details that may be phrases; they are translated in a sentence."""
+    from typing import get_args, get_type_hints  # noqa: PLC0415  # English needs none
 
-    pieces, seen = list[str](), set[str]()
-    for text, name, _, _ in Formatter().parse(template):
-        pieces.append(re.escape(text))
-        if name:
-            pieces.append(f"(?P={name})" if name in seen else f"(?P<{name}>.*?)")
-            seen.add(name)
-    return "".join(pieces)
+    hints = get_type_hints(kind, include_extras=True)
+    return frozenset(name for name in kind.declared if Phrase in (hints[name], *get_args(hints[name])))
 
 
-def _translated(value: object, language: str, context: str) -> object:
-    """Return a detail as it is, or translated if it is a word in the catalogue."""
+def _translated(value: object, language: str, context: str, *, phrase: bool) -> object:
+    """Return a detail as it is, or translated: a word in the catalogue, or a phrase or the sentence of an error."""
     text = str(value)
-    translation = translate(text, language, context)
-    return value if translation == text else translation
+    found = translate(text, language, context)
+    if phrase and found == text:
+        found = translate_phrase(text, language)
+    return value if found == text else found
 
 
 class RequestError(CodedError):
@@ -147,7 +153,7 @@ class LinkLost(
     """The connection to the controller ended by itself."""
 
     address: str
-    reason: str
+    reason: Phrase
 
 
 class ConnectFailed(
@@ -158,7 +164,7 @@ class ConnectFailed(
     """No controller answers at the address."""
 
     address: str
-    reason: str
+    reason: Phrase
 
 
 class LinkTimeout(
@@ -184,7 +190,7 @@ class CommandRejected(
 
     command: str
     tc: int
-    reason: str
+    reason: Phrase
 
 
 class WrongController(
@@ -195,7 +201,7 @@ class WrongController(
     """The device at the address is not a DMC-41x3 with three axes."""
 
     address: str
-    found: str
+    found: str | Phrase
 
 
 class UnexpectedReply(
@@ -232,7 +238,7 @@ class MemoryDamaged(
 ):
     """The controller's EEPROM failed a checksum when it last powered up."""
 
-    what: str
+    what: Phrase
 
 
 class NotConnected(
@@ -251,7 +257,7 @@ class ProgramLost(
 ):
     """A download failed, and the former program could not be restored."""
 
-    reason: str
+    reason: Phrase
 
 
 class ProgramRuns(
@@ -265,16 +271,16 @@ class ProgramRuns(
 class InvalidValue(RequestError, code=4001, en="{key} = {value} is not valid: {reason}."):
     """A value is of the wrong kind or out of range."""
 
-    key: str
-    value: object
-    reason: str
+    key: str | Phrase
+    value: object | Phrase
+    reason: Phrase
 
 
 class UnknownName(RequestError, code=4003, en="There is no {name!r}. Choose one of: {known}."):
     """A name is not known; lists the names that are."""
 
     name: str
-    known: str
+    known: Phrase
     key: str | None = None
 
 
@@ -282,7 +288,7 @@ class InvalidRequest(RequestError, code=4005, en="The request has an error at {k
     """A request body could not be understood."""
 
     key: str
-    reason: str
+    reason: Phrase
 
 
 class FileUnreadable(
@@ -291,13 +297,13 @@ class FileUnreadable(
     """A file cannot be read or parsed."""
 
     path: object
-    reason: str
+    reason: Phrase
 
 
 class InvalidCommandLine(RequestError, code=4008, en="{reason}. See `{command} --help`."):
     """The command line could not be understood."""
 
-    reason: str
+    reason: Phrase
     command: str
 
 
@@ -307,7 +313,7 @@ class FileUnwritable(
     """A file cannot be written."""
 
     path: object
-    reason: str | None
+    reason: Phrase | None
 
 
 class AddressInUse(
@@ -324,7 +330,7 @@ class FileNotOurs(RequestError, code=5005, en="This program does not use {path}:
     """The file to be overwritten belongs to another program."""
 
     path: object
-    remedy: str
+    remedy: Phrase
 
 
 class TooFewDescriptors(
@@ -347,7 +353,7 @@ class InternalError(
 ):
     """A defect of this program: reported as one sentence, with the place of the log."""
 
-    reason: str
+    reason: Phrase
 
 
 def by_code() -> dict[int, type[CodedError]]:
@@ -358,6 +364,7 @@ def by_code() -> dict[int, type[CodedError]]:
 def reword(kind: type[CodedError], en: str) -> None:
     """Replace the English sentence of an error of this package by `en`, for a package that is built on it."""
     kind.en = en
+    add_sentence(en, kind.__name__)
 
 
 def from_notice(code: int, details: dict[str, object], sentence: str = "") -> CodedError:

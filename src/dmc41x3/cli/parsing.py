@@ -13,6 +13,7 @@ from typer.models import CommandInfo, TyperInfo
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import InvalidCommandLine
+from dmc41x3.i18n import PHRASE, marked, phrase
 
 
 def parser(app: typer.Typer, name: str) -> TyperGroup:
@@ -47,9 +48,32 @@ def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, progra
         code = command.main(arguments, prog_name=program, standalone_mode=False, obj=settings)
     except typer.TyperException as error:
         context = getattr(error, "ctx", None)
-        reason = _clause(error.format_message()) or "the command is incomplete"
+        reason = _clause(error.format_message()) or phrase("the command is incomplete")
         raise InvalidCommandLine(reason=reason, command=context.command_path if context else program) from error
     return code if isinstance(code, int) else console.DONE
+
+
+_PARSER = (
+    marked("Missing argument {name}", PHRASE),
+    marked("Missing option {name}", PHRASE),
+    marked("Missing parameter: {name}", PHRASE),
+    marked("No such command {name}", PHRASE),
+    marked("No such command {name}. Perhaps you meant {other}", PHRASE),
+    marked("No such option: {name}", PHRASE),
+    marked("No such option: {name} (Possible options: {others})", PHRASE),
+    marked("Got unexpected extra argument(s) ({arguments})", PHRASE),
+    marked("Option {name} requires an argument", PHRASE),
+    marked("Option {name} does not take a value", PHRASE),
+    marked("Argument {name} takes {count} values", PHRASE),
+    marked("Invalid value for {name}: {reason}", PHRASE),
+    marked("{value} is not a valid integer", PHRASE),
+    marked("{value} is not a valid float", PHRASE),
+    marked("{value} is not a valid int range", PHRASE),
+    marked("{value} is not a valid float range", PHRASE),
+    marked("{value} is not in the range {range}", PHRASE),
+    marked("{value} is not one of {choices}", PHRASE),
+)
+"""Messages of the parser, as `_clause` returns them: they are translated as phrases of ours."""
 
 
 def _clause(message: str) -> str:

@@ -8,7 +8,7 @@ from math import degrees
 from typing import Any
 
 from dmc41x3.cli.signals import as_ctrl_c
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import output
 from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.progress import chosen
@@ -60,7 +60,7 @@ def _moved(gone: Mapping[str, Any], language: str) -> str:
         if gone["limit"]
         else marked("Moved {axis} by {way}.")
     )
-    return translate(moved, language, axis=gone["axis"], way=text, reason=gone["reason"])
+    return translate(moved, language, axis=gone["axis"], way=text, reason=translate_phrase(gone["reason"], language))
 
 
 def pause(settings: OutputSettings) -> int:

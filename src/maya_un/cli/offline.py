@@ -10,7 +10,7 @@ from contextlib import suppress
 from math import degrees
 from typing import TYPE_CHECKING
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.quantities import joints_of, point_of
@@ -135,12 +135,11 @@ def _reach_text(found: Reach, language: str) -> str:
             if found.nearest is None
             else point_text(found.nearest)
         )
-        lines = [
-            translate("not reachable: {reason}; nearest {nearest}", language, reason=found.reason, nearest=nearest)
-        ]
-        return "\n".join(
-            [*lines, *(translate("also: {reason}", language, reason=one.text) for one in found.broken[1:])]
-        )
+        reason = translate_phrase(found.reason or "", language)
+        lines = [translate("not reachable: {reason}; nearest {nearest}", language, reason=reason, nearest=nearest)]
+        for one in found.broken[1:]:
+            lines.append(translate("also: {reason}", language, reason=translate_phrase(one.text, language)))
+        return "\n".join(lines)
     from maya_un.cli.report import table
 
     lines = [f"{translate('reachable', language)}: {joints_text(found.joints)}"]

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from dmc41x3.i18n import phrase
 from maya_un.cli.quantities import joints_of, length
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
@@ -81,7 +82,7 @@ def _to_place(run: Run) -> Run:
         if y is None:
             return run(context, _name(context, x, "Y"))
         if z is None:
-            raise InvalidCommandLine(reason="Z is missing", command=context.command_path)
+            raise InvalidCommandLine(reason=phrase("{name} is missing", name="Z"), command=context.command_path)
         return run(context, _lengths(x, y, z))
 
     return command
@@ -92,7 +93,7 @@ def _to_joints(run: Run) -> Run:
         if b is None:
             return run(context, _name(context, a, "B"))
         if c is None:
-            raise InvalidCommandLine(reason="C is missing", command=context.command_path)
+            raise InvalidCommandLine(reason=phrase("{name} is missing", name="C"), command=context.command_path)
         return run(context, list(joints_of(a, b, c)))
 
     return command
@@ -114,5 +115,5 @@ def _lengths(x: str, y: str, z: str | None) -> list[float]:
 def _name(context: typer.Context, text: str, missing: str) -> str:
     """Return the name of a place; raises `InvalidCommandLine` for a number, because others must follow it."""
     if not text[:1].isalpha():
-        raise InvalidCommandLine(reason=f"{missing} is missing", command=context.command_path)
+        raise InvalidCommandLine(reason=phrase("{name} is missing", name=missing), command=context.command_path)
     return text

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from math import dist
 from typing import Any
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 
 STEP_KEYS = (
     "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point"
@@ -41,7 +41,7 @@ def as_text(data: Mapping[str, Any], language: str) -> str:
         blocks.append(_parts(data["parts"], language))
     if data["remarks"]:
         shape = translate("not quite a rectangle", language)
-        blocks.append("\n".join(f"{shape}: {remark}" for remark in data["remarks"]))
+        blocks.append("\n".join(f"{shape}: {translate_phrase(remark, language)}" for remark in data["remarks"]))
     return "\n\n".join(blocks)
 
 

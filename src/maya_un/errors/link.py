@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dmc41x3.i18n import Phrase
 from maya_un.errors.base import MachineError, RequestError
 
 
@@ -45,7 +46,7 @@ class ServiceNotAnswering(
 ):
     """`maya up` runs but does not answer."""
 
-    reason: str
+    reason: Phrase
 
 
 class TwinNotFound(
@@ -56,8 +57,8 @@ class TwinNotFound(
 ):
     """The options select no running `maya dmc serve`, or more than one matches."""
 
-    reason: str
-    running: str
+    reason: Phrase
+    running: Phrase
 
 
 class ControllerOwned(
@@ -68,7 +69,7 @@ class ControllerOwned(
 ):
     """Another running program owns the controller; nothing was written to it."""
 
-    holder: str
+    holder: Phrase
     address: str
 
 
@@ -80,7 +81,7 @@ class OwnershipLost(
 ):
     """Another program took the controller over; this one no longer moves anything, and its waiting jobs stay."""
 
-    holder: str
+    holder: Phrase
 
 
 class OwnerErased(
@@ -101,7 +102,7 @@ class ControllerMoves(
 ):
     """Axes move by commands of another program, so the controller cannot change its owner yet."""
 
-    holder: str
+    holder: Phrase
     address: str
 
 
@@ -115,7 +116,7 @@ class RobotNotReached(
     """The link to supervisors cannot reach the robot's rosbridge."""
 
     url: str
-    reason: str
+    reason: Phrase
 
 
 class SupervisorsNotReached(
@@ -127,7 +128,7 @@ class SupervisorsNotReached(
     """The link to supervisors cannot reach their broker or database."""
 
     where: str
-    reason: str
+    reason: Phrase
 
 
 class BrokerRefused(
@@ -139,7 +140,7 @@ class BrokerRefused(
     """A broker refuses a supervisor's command by its rules."""
 
     where: str
-    reason: str
+    reason: Phrase
 
 
 class SessionTakenOver(

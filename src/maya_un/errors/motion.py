@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from dmc41x3.i18n import Phrase
 from maya_un.errors.base import MachineError, RequestError
 
 Side = Literal["forward", "reverse"]
@@ -16,8 +17,8 @@ class Unreachable(
     """A target lies outside the workspace; names the limit, by how much, and the nearest reachable point."""
 
     target: str
-    reason: str
-    nearest: str
+    reason: Phrase
+    nearest: Phrase
     limit: str | None = None
     excess: float | None = None
     zone: str | None = None
@@ -32,7 +33,7 @@ class PathRefused(
     """Both ends are reachable but the way between them leaves the workspace."""
 
     target: str
-    reason: str
+    reason: Phrase
     at: tuple[float, ...] | None = None
     share: float | None = None
 
@@ -48,7 +49,7 @@ class NotHomed(
 class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until it is done, or run `maya stop`."):
     """Another command is running; only one runs at a time."""
 
-    doing: str
+    doing: Phrase
 
 
 class Faulted(
@@ -58,7 +59,7 @@ class Faulted(
 ):
     """Motion was requested while a fault requires `recover`."""
 
-    fault: str
+    fault: Phrase
 
 
 class MarkerMissing(
@@ -75,7 +76,7 @@ class TrajectoryRefused(
 ):
     """A trajectory is empty, too long, or does not start at the robot's position."""
 
-    reason: str
+    reason: Phrase
 
 
 class NothingToRecover(RequestError, code=2108, en="There is no fault to recover from."):
@@ -90,7 +91,7 @@ class GuardBlocked(
 ):
     """The guard cannot be added to the program in the controller."""
 
-    reason: str
+    reason: Phrase
 
 
 class CannotPause(
@@ -100,7 +101,7 @@ class CannotPause(
 ):
     """A pause was requested, but no motion on a path can be held."""
 
-    reason: str
+    reason: Phrase
 
 
 class NotPaused(RequestError, code=2112, en="Nothing is paused. A stopped motion cannot be resumed: start it again."):
@@ -169,7 +170,7 @@ class UnexpectedStop(
 
     axis: str
     stop_code: int
-    reason: str
+    reason: Phrase
 
 
 class MotorOff(
@@ -199,8 +200,8 @@ class EndNotReached(
 ):
     """The motion ended at another position than commanded."""
 
-    axis: str
-    distance: str
+    axis: str | Phrase
+    distance: Phrase
 
 
 class GuardNotRunning(
@@ -232,7 +233,7 @@ class PositionChanged(
     """A position changed without a motion of Maya's, by another program or by hand; the homing is no longer valid."""
 
     axis: str
-    distance: str
+    distance: Phrase
 
 
 class RegisterChanged(
@@ -270,7 +271,7 @@ class PositionNotKept(
     """The controller stores the mark of a homing, but the axes are not where Maya left them."""
 
     axis: str
-    distance: str
+    distance: Phrase
 
 
 class SwitchBlocks(
@@ -294,10 +295,10 @@ class WiringContradictsCn(
 ):
     """A limit switch has the opposite level of the one that register CN configures."""
 
-    side: str | Side
+    side: str | Side | Literal["forward and reverse"]
     axis: str
     cn: int
-    reason: str
+    reason: Phrase
 
 
 class HomingStalled(
@@ -309,7 +310,7 @@ class HomingStalled(
     """An axis stopped following during homing."""
 
     axis: str
-    reason: str
+    reason: Phrase
 
 
 class SwitchNotFound(
@@ -321,7 +322,7 @@ class SwitchNotFound(
     """Homing moved the whole stroke and met no limit switch."""
 
     axis: str
-    distance: str
+    distance: Phrase
     side: str | Side
 
 
@@ -334,8 +335,8 @@ class StrokeDiffers(
     """The measured stroke of a line differs from the configuration by more than 3 %."""
 
     axis: str
-    measured: str
-    wanted: str
+    measured: Phrase
+    wanted: Phrase
 
 
 class GripperNotEmpty(

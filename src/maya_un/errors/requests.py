@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from dmc41x3.errors import CodedError
+from dmc41x3.i18n import Phrase
 from maya_un.errors.base import RequestError
 
 JobStateWord = Literal[
@@ -19,8 +20,8 @@ JobAction = Literal["held", "released", "moved", "a reference for `queue move`",
 class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}: {reason}."):
     """A job file names a wrong key, step or value."""
 
-    key: str
-    reason: str
+    key: str | Phrase
+    reason: Phrase
 
 
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
@@ -47,9 +48,9 @@ class NotIdentifiable(
 ):
     """Measured points do not determine some constants separately; names them and what to measure next."""
 
-    what: str
-    reason: str
-    remedy: str
+    what: Phrase
+    reason: Phrase
+    remedy: Phrase
 
 
 class NotTaught(
@@ -111,8 +112,8 @@ class AnswerNeeded(
 ):
     """A user must first answer a question that no program can answer."""
 
-    question: str
-    options: str
+    question: Phrase
+    options: str | Phrase
 
 
 class StreamLagging(
@@ -144,14 +145,14 @@ class InvalidMessage(
 ):
     """A message does not fit its type."""
 
-    name: str
-    reason: str
+    name: str | Phrase
+    reason: Phrase
 
 
 class UnknownInterface(RequestError, code=4019, en="There is no {form} {name} in the ROS graph."):
     """No topic, service, action or type has this name."""
 
-    form: str
+    form: Phrase
     name: str
 
 
@@ -162,7 +163,7 @@ class ServiceFailed(RequestError, code=4020, en="The service {service} failed: {
     """
 
     service: str
-    reason: str
+    reason: Phrase
 
     def __init__(self, *, service: str, reason: str) -> None:
         before = f"The service {service} failed: "
@@ -189,7 +190,7 @@ class NotOverRos(
 ):
     """A request for which the ROS graph has no message."""
 
-    request: str
+    request: Phrase
 
 
 class TooMuchAsked(
@@ -219,7 +220,7 @@ class TooLarge(
 ):
     """A computation needs more memory than is allowed, or its answer is too long."""
 
-    most: str
+    most: str | Phrase
 
 
 class StepExpired(
@@ -275,15 +276,15 @@ class StepFailed(
 
     id: str | None
     robot: str
-    error: str
+    error: Phrase
     error_code: str
 
 
 class InvalidProcess(RequestError, code=4045, en="The process file has an error at {key}: {reason}."):
     """A file does not describe a process for several robots."""
 
-    key: str
-    reason: str
+    key: str | Phrase
+    reason: Phrase
 
 
 class ProcessChanged(
@@ -308,7 +309,7 @@ class DecisionNeeded(
     step: str
     robot: str
     error_code: str | None
-    error: str | None
+    error: Phrase | None
 
 
 class ProcessAborted(
@@ -343,7 +344,7 @@ class NotSignedIn(
 ):
     """A request came without a token, or with an invalid one."""
 
-    reason: str
+    reason: Phrase
 
 
 class NotAllowed(
@@ -393,7 +394,7 @@ class LeaseLost(
 ):
     """The presented control lease has ended."""
 
-    reason: str
+    reason: Phrase | Literal["expired", "released", "taken", "handed over", "broken"]
 
 
 class TooManyRequests(
@@ -403,7 +404,7 @@ class TooManyRequests(
 ):
     """A client sends more requests than allowed."""
 
-    limit: object
+    limit: object | Phrase
     seconds: float | str
     wait: float
 
@@ -417,7 +418,7 @@ class CertificateRefused(
 ):
     """The service's certificate is not trusted, or the service does not use TLS; nothing was sent to it."""
 
-    reason: str
+    reason: Phrase
 
 
 class EdgeNotInstalled(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dmc41x3.i18n import Phrase
 from maya_un.errors.base import RequestError
 
 
@@ -13,8 +14,8 @@ class InvalidConfig(
     """A configuration key is unknown, out of range or contradicts another."""
 
     key: str
-    value: object
-    reason: str
+    value: object | Phrase
+    reason: Phrase
 
 
 class AlreadyRunning(
@@ -31,7 +32,7 @@ class NothingToRevert(RequestError, code=5006, en="No calibration can be reverte
     """No calibration can be reverted, or its values were changed since."""
 
     path: object
-    reason: str
+    reason: Phrase
 
 
 class StorageFailed(
@@ -42,7 +43,7 @@ class StorageFailed(
 ):
     """A running service cannot write a change to the disk, and stores nothing of it. At a start this is 5014."""
 
-    reason: str
+    reason: Phrase
 
 
 class StorageDamaged(
@@ -54,7 +55,7 @@ class StorageDamaged(
     """The file of the queue and its history is damaged; it stays unchanged."""
 
     path: object
-    reason: str
+    reason: Phrase
 
 
 class StorageTooNew(
@@ -100,7 +101,7 @@ class RosMissing(
 ):
     """A part of ROS is not installed here, or this Python cannot load it."""
 
-    reason: str
+    reason: Phrase
 
 
 class StorageUnavailable(
@@ -116,7 +117,7 @@ class StorageUnavailable(
     """
 
     path: object
-    reason: str
+    reason: Phrase
 
 
 class WorkerFailed(
@@ -127,4 +128,4 @@ class WorkerFailed(
 ):
     """The worker process that computes for the service ended, or cannot start."""
 
-    reason: str
+    reason: Phrase

@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Match, Route
 
-from dmc41x3.i18n import LANGUAGES
+from dmc41x3.i18n import LANGUAGES, PHRASE, marked
 from maya_un.errors import (
     EventsForgotten,
     InternalError,
@@ -75,6 +75,9 @@ _STATUSES = {
     InternalError: HTTPStatus.INTERNAL_SERVER_ERROR,
 }
 
+
+_STARLETTE = (marked("Not Found", PHRASE), marked("Method Not Allowed", PHRASE))
+"""Reasons of Starlette: they are translated as phrases of ours."""
 
 AGAIN = 1
 """`Retry-After` of a refusal by the worker processes [s]: a computation may end at any time."""

@@ -21,6 +21,7 @@ from enum import StrEnum
 from math import isfinite
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidMessage, InvalidRequest, MayaError
 from maya_un.robot.primitives import PRIMITIVES
 
@@ -137,11 +138,14 @@ def read(text: str) -> dict[str, Any]:
     try:
         data = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InvalidMessage(name="the step", reason=f"it is not JSON: {error}") from error
+        raise InvalidMessage(name=phrase("the step"), reason=phrase("it is not JSON: {error}", error=error)) from error
     if not isinstance(data, dict):
-        raise InvalidMessage(name="the step", reason='it must be an object like {"id": "1", "command": "home"}')
+        raise InvalidMessage(
+            name=phrase("the step"), reason=phrase('it must be an object like {{"id": "1", "command": "home"}}')
+        )
     if _is_deeper(data, DEEPEST):
-        raise InvalidMessage(name="the step", reason=f"it is nested more than {DEEPEST} levels deep")
+        reason = phrase("it is nested more than {most} levels deep", most=DEEPEST)
+        raise InvalidMessage(name=phrase("the step"), reason=reason)
     return data
 
 
@@ -184,5 +188,7 @@ def id_of(data: Mapping[str, Any]) -> str | None:
     if found is None:
         return None
     if not isinstance(found, str) or not 0 < len(found) <= LONGEST_ID or not found.isprintable():
-        raise InvalidRequest(key="id", reason=f"it must be text of 1 to {LONGEST_ID} printable characters")
+        raise InvalidRequest(
+            key="id", reason=phrase("it must be text of 1 to {most} printable characters", most=LONGEST_ID)
+        )
     return found

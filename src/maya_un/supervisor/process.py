@@ -41,6 +41,7 @@ from typing import Any
 from uuid import uuid4
 
 from dmc41x3.files import open_own, sync_folder, unwritable
+from dmc41x3.i18n import phrase
 from maya_un.coms.mqtt import topic
 from maya_un.errors import (
     DecisionNeeded,
@@ -94,12 +95,12 @@ def load_process(path: Path) -> FleetProcess:
     Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidProcess` for content that cannot be
     carried out completely.
     """
-    data = _mapping(read_document(path), "the file", {"steps"}, {"name", "deadline"})
+    data = _mapping(read_document(path), phrase("the file"), {"steps"}, {"name", "deadline"})
     if not isinstance(data["steps"], list) or not data["steps"]:
         raise InvalidProcess(key="steps", reason="it must be a list of steps")
     steps: dict[str, ProcessStep] = {}
     for number, one in enumerate(data["steps"], 1):
-        step = _planned(one, f"steps, number {number}")
+        step = _planned(one, phrase("steps, number {number}", number=number))
         if step.id in steps:
             raise InvalidProcess(key=step.id, reason="two steps have this id")
         steps[step.id] = step
@@ -115,7 +116,7 @@ def _planned(data: object, key: str) -> ProcessStep:
     robot = _text(found["robot"], f"{id_}, robot")
     args = found.get("args") or {}
     if not isinstance(args, dict):
-        raise InvalidProcess(key=f"{id_}, args", reason="it must be an object like {x: 0.5, y: 1.1, z: 0.4}")
+        raise InvalidProcess(key=f"{id_}, args", reason=phrase("it must be an object like {{x: 0.5, y: 1.1, z: 0.4}}"))
     try:
         topic(robot, "commands")
         check(command, args)
@@ -131,11 +132,13 @@ def _check_graph(process: FleetProcess) -> None:
     for step in process.steps.values():
         unknown = [name for name in step.after if name not in process.steps]
         if unknown:
-            raise InvalidProcess(key=f"{step.id}, after", reason=f"there is no step {unknown[0]}")
+            raise InvalidProcess(key=f"{step.id}, after", reason=phrase("there is no step {step}", step=unknown[0]))
     try:
         process.sorter().prepare()
     except CycleError as error:
-        raise InvalidProcess(key="after", reason=f"these steps wait for each other: {_chain(error.args[1])}") from error
+        raise InvalidProcess(
+            key="after", reason=phrase("these steps wait for each other: {steps}", steps=_chain(error.args[1]))
+        ) from error
 
 
 def _chain(ids: Iterable[str]) -> str:
@@ -144,13 +147,18 @@ def _chain(ids: Iterable[str]) -> str:
 
 def _mapping(data: object, key: str, needed: set[str], optional: set[str]) -> Mapping[str, Any]:
     if not isinstance(data, dict):
-        raise InvalidProcess(key=key, reason=f"it must be an object with {', '.join(sorted(needed))}")
+        raise InvalidProcess(
+            key=key, reason=phrase("it must be an object with {names}", names=", ".join(sorted(needed)))
+        )
     for name in sorted(needed - set(data)):
-        raise InvalidProcess(key=key, reason=f"{name} is missing")
+        raise InvalidProcess(key=key, reason=phrase("{name} is missing", name=name))
     for name in data:
         if name not in needed | optional:
             raise InvalidProcess(
-                key=key, reason=f"{name!r} is not known; there are {', '.join(sorted(needed | optional))}"
+                key=key,
+                reason=phrase(
+                    "{name!r} is not known; there are {names}", name=name, names=", ".join(sorted(needed | optional))
+                ),
             )
     return data
 
@@ -165,7 +173,9 @@ def _text(value: object, key: str) -> str:
 
 def _deadline(value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= _LONGEST_DEADLINE:
-        raise InvalidProcess(key="deadline", reason=f"it must be seconds, more than 0, at most {_LONGEST_DEADLINE:g}")
+        raise InvalidProcess(
+            key="deadline", reason=phrase("it must be seconds, more than 0, at most {most:g}", most=_LONGEST_DEADLINE)
+        )
     return float(value)
 
 

@@ -14,6 +14,7 @@ from dmc41x3.cli.terminal import completion
 from dmc41x3.cli.terminal.completion import WORDS
 from dmc41x3.cli.terminal.session import TerminalSession
 from dmc41x3.errors import CodedError, InvalidCommandLine, InvalidValue, MachineError, UnknownName
+from dmc41x3.i18n import phrase
 
 _HELP = re.compile(r"help(?:\s+(\S+))?|\?\s*(\S*)")
 
@@ -101,11 +102,11 @@ def scope_request(text: str, command: str) -> scope.ScopeRequest:
         options = dict(zip(words[::2], words[1::2], strict=True))
         rate, seconds = float(options.pop("--rate", "50")), float(options.pop("--for", "5"))
     except ValueError:
-        reason = f":scope takes {WORDS[':scope']}"
+        reason = phrase(":scope takes {arguments}", arguments=WORDS[":scope"])
         raise InvalidCommandLine(reason=reason, command=f"{command} scope") from None
     unknown = options.keys() - {"--trigger", "--csv", "--png"}
     if unknown:
-        raise UnknownName(name=min(unknown), known="--rate, --for, --trigger, --csv, --png")
+        raise UnknownName(name=min(unknown), known=", ".join(("--rate", "--for", "--trigger", "--csv", "--png")))
     if not options.keys() & {"--csv", "--png"}:
         raise InvalidCommandLine(reason=":scope needs --csv FILE or --png FILE", command=f"{command} scope")
     return scope.ScopeRequest(

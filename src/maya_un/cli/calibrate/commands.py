@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from dmc41x3.i18n import phrase
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
 
@@ -70,7 +71,7 @@ def fit(
             raise InvalidCommandLine(reason="--revert takes no other argument", command=_COMMAND)
         return command.revert(author, settings_of(context))
     if file is None:
-        raise InvalidCommandLine(reason="FILE is missing", command=_COMMAND)
+        raise InvalidCommandLine(reason=phrase("{name} is missing", name="FILE"), command=_COMMAND)
     return command.fit(file, command.FitOptions(hold or (), apply, plot, author), settings_of(context))
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import output
 from maya_un.cli.calibrate import history
 from maya_un.cli.configure import configuration
@@ -213,7 +213,11 @@ def as_text(found: Calibration, language: str) -> str:
         "± 2σ",
     )
     rows = [_row(found, name, language) for name in FITTED]
-    lines = [_about_points(found, language), *_about_outliers(found, language), *found.words]
+    lines = [
+        _about_points(found, language),
+        *_about_outliers(found, language),
+        *(translate_phrase(note, language) for note in found.words),
+    ]
     return "\n\n".join([table(head, rows, right=(2, 3, 4)), "\n".join(lines)])
 
 
@@ -222,7 +226,7 @@ def _row(found: Calibration, name: str, language: str) -> list[str]:
     error = found.errors.get(name)
     about = translate("fixed", language, "constant") if error is None else unit.shown(2.0 * error)
     now, fitted = getattr(found.now, name), getattr(found.fitted, name)
-    return [WORDS[name], unit.name, unit.shown(now), unit.shown(fitted), about]
+    return [translate_phrase(WORDS[name], language), unit.name, unit.shown(now), unit.shown(fitted), about]
 
 
 def _about_points(found: Calibration, language: str) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Coroutine, Iterator
 from math import degrees, hypot, radians
 from typing import Any, NamedTuple
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 from dmc41x3.wire import emergency
 from maya_un import runtime
 from maya_un.cli.client import ServiceClient
@@ -191,7 +191,7 @@ class PendantSession:
             self.notes.append(error.text(self._language))
             return
         if done["limit"]:
-            self.notes.append(str(done["reason"]))
+            self.notes.append(translate_phrase(str(done["reason"]), self._language))
 
     async def _stop(self) -> None:
         try:

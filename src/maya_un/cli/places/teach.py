@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import degrees
 from typing import Any, NamedTuple, NoReturn
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, taught_places
@@ -203,10 +203,11 @@ def _joints(joints: Sequence[float]) -> str:
 def _pallet_text(pallet: Mapping[str, Any], language: str) -> str:
     size = {"name": pallet["name"], "rows": pallet["rows"], "columns": pallet["columns"]}
     grid = translate("{name}, {rows} x {columns}", language, **size)
+    remarks = [translate_phrase(remark, language) for remark in pallet["remarks"]]
     if pallet["corners"] is None:
-        return "\n".join((grid, *pallet["remarks"]))
+        return "\n".join((grid, *remarks))
     first, last = pallet["corners"][0], pallet["corners"][3]
     lines = [f"{grid}: {_place(first)} … {_place(last)} m"]
-    if pallet["remarks"]:
-        lines.append(f"  {translate('not quite a rectangle', language)}: {'; '.join(pallet['remarks'])}")
+    if remarks:
+        lines.append(f"  {translate('not quite a rectangle', language)}: {'; '.join(remarks)}")
     return "\n".join(lines)

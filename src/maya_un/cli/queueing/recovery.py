@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
@@ -33,7 +33,7 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
     asks = sys.stdin.isatty() and not settings.json
     if choice is None:
         if not asks:
-            raise InvalidCommandLine(reason="CHOICE is missing", command=_COMMAND)
+            raise InvalidCommandLine(reason=phrase("{name} is missing", name="CHOICE"), command=_COMMAND)
         output.say(text.recovery(offer, settings.language))
         names = [one["name"] for one in offer["choices"]]
         question = translate("Choose what to do with the job ({choices}): ", settings.language)

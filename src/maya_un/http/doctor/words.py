@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import translate, translate_phrase
 from maya_un.http.doctor.finding import Finding
 from maya_un.schema.diagnosis import FoundByDoctor
 
@@ -214,12 +214,18 @@ def name(check: str, language: str) -> str:
 
 def meaning(finding: Finding, language: str) -> str:
     """Return the meaning of a finding, in one sentence."""
-    return translate(_TEXTS[finding.key].meaning, language, **finding.details)
+    return translate(_TEXTS[finding.key].meaning, language, **_shown(finding, language))
 
 
 def remedy(finding: Finding, language: str) -> str:
     """Return the remedy of a finding, "" for none."""
-    return translate(_TEXTS[finding.key].remedy, language, **finding.details)
+    return translate(_TEXTS[finding.key].remedy, language, **_shown(finding, language))
+
+
+def _shown(finding: Finding, language: str) -> dict[str, Any]:
+    """Return the details as they stand in a sentence; phrases among them are translated."""
+    details = finding.details.items()
+    return {name: translate_phrase(one, language) if isinstance(one, str) else one for name, one in details}
 
 
 def message(finding: Finding, language: str) -> FoundByDoctor:

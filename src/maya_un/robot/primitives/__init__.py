@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.robot.primitives.approach import Approach
 from maya_un.robot.primitives.can_teleop import CanTeleop
@@ -43,7 +44,7 @@ def from_dict(data: object, grasp_height: float) -> Primitive:
     `InvalidValue` for coordinates that are no numbers, not finite, or beyond `FARTHEST`.
     """
     if not isinstance(data, Mapping):
-        raise InvalidRequest(key="task", reason='it must be an object like {"command": "home"}')
+        raise InvalidRequest(key="task", reason=phrase('it must be an object like {{"command": "home"}}'))
     rest = {str(key): value for key, value in data.items()}
     if "command" not in rest:
         raise InvalidRequest(key="command", reason="it is missing")
@@ -54,7 +55,10 @@ def from_dict(data: object, grasp_height: float) -> Primitive:
     argument = primitive.argument
     extra = sorted(set(rest) - {argument.key})
     if extra:
-        raise InvalidRequest(key=extra[0], reason=f"{command} takes {argument.key or 'nothing'}, and no other key")
+        raise InvalidRequest(
+            key=extra[0],
+            reason=phrase("{command} takes {key}, and no other key", command=command, key=argument.key or "nothing"),
+        )
     if not argument.key:
         return primitive()
     if argument.key not in rest:

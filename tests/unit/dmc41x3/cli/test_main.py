@@ -74,7 +74,7 @@ def test_an_unknown_command_is_refused_with_a_hint(capsys: pytest.CaptureFixture
 def test_an_error_is_in_the_language_of_the_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["serve", "--firmware", "ñ", "--lang", "es", "--json"]) == 2
     error = json.loads(capsys.readouterr().out)["error"]
-    assert (error["code"], error["message"]) == (4001, "--firmware = ñ no es válido: it must be a line in ASCII.")
+    assert (error["code"], error["message"]) == (4001, "--firmware = ñ no es válido: debe ser una línea en ASCII.")
 
 
 def test_a_defect_is_one_sentence_behind_its_traceback(
