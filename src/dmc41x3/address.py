@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 
+from dmc41x3.i18n import phrase
+
 SIM = "sim"
 """The address of a virtual controller in this process."""
 
@@ -29,9 +31,9 @@ def split(address: str) -> tuple[str, int]:
     """
     host, _, port = address.partition(":")
     if host in {SIM, REAL} or not re.fullmatch(r"[A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?", host):
-        raise ValueError("it must be HOST or HOST:PORT")
+        raise ValueError(phrase("it must be HOST or HOST:PORT"))
     if address == host:
         return host, PORT
     if not re.fullmatch(r"[0-9]{1,5}", port) or not 0 < int(port) < 65536:
-        raise ValueError("the port behind the colon must be 1 to 65535")
+        raise ValueError(phrase("the port behind the colon must be 1 to 65535"))
     return host, int(port)

@@ -25,6 +25,7 @@ from dmc41x3.errors import (
     NotConnected,
     UnexpectedReply,
 )
+from dmc41x3.i18n import phrase
 from dmc41x3.language import transfer
 from dmc41x3.language.codes import ERROR_TEXTS, Burned
 from dmc41x3.language.commands import LINE_LIMIT
@@ -425,14 +426,16 @@ def _require_one(command: str) -> None:
     if not command.isascii() or "\r" in command or "\n" in command or ";" in command:
         raise InvalidValue(key="command", value=repr(command), reason="it must be one command, in ASCII, without `;`")
     if len(command) > LINE_LIMIT:
-        raise InvalidValue(key="command", value=repr(command), reason=f"a line holds {LINE_LIMIT} characters")
+        raise InvalidValue(
+            key="command", value=repr(command), reason=phrase("a line holds {most} characters", most=LINE_LIMIT)
+        )
 
 
 def _rejection(command: str, told: str) -> CommandRejected:
     """Return the error of a rejected command; `told` is the answer to TC1."""
     number, _, words = told.strip().partition(" ")
     code = int(number) if number.isdecimal() else 0
-    reason = ERROR_TEXTS.get(code) or words.strip() or "no reason given"
+    reason = ERROR_TEXTS.get(code) or words.strip() or phrase("no reason given")  # the first two are the controller's
     return CommandRejected(command=command, tc=code, reason=reason)
 
 

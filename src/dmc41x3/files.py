@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import BinaryIO, TextIO
 
 from dmc41x3.errors import FileUnwritable
+from dmc41x3.i18n import phrase
 
 PRIVATE = 0o600
 """Permissions of a file that only its owner may read."""
@@ -39,7 +40,9 @@ def writable_place(path: Path) -> Path:
         if path.is_symlink():
             place = path.resolve()
             if not place.is_relative_to(path.parent.resolve()):
-                raise FileUnwritable(path=path, reason=f"it is a symbolic link to {place}; name that file instead")
+                raise FileUnwritable(
+                    path=path, reason=phrase("it is a symbolic link to {place}; name that file instead", place=place)
+                )
         if not stat.S_ISREG(place.lstat().st_mode):
             raise FileUnwritable(path=path, reason="it is not a regular file")
     except FileNotFoundError:
@@ -70,7 +73,7 @@ def private_opener(path: str, flags: int) -> int:
     found = os.fstat(descriptor)
     if not stat.S_ISREG(found.st_mode):
         os.close(descriptor)
-        raise OSError(f"{path} is not a regular file")
+        raise OSError(phrase("{path} is not a regular file", path=path))
     if found.st_uid == os.getuid() and stat.S_IMODE(found.st_mode) != PRIVATE:
         os.fchmod(descriptor, PRIVATE)
     return descriptor
@@ -141,4 +144,4 @@ def _draft(place: Path, mode: int) -> tuple[Path, int]:
         draft = place.with_name(f".{place.name[:200]}.{os.getpid()}-{number}.new")
         with suppress(FileExistsError):
             return draft, os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFE, mode)
-    raise FileExistsError(f"{place}: too many drafts stand beside it")
+    raise FileExistsError(phrase("{place}: too many drafts stand beside it", place=place))

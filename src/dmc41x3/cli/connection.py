@@ -9,11 +9,12 @@ from contextlib import asynccontextmanager
 from dataclasses import asdict
 from typing import TypeVar
 
-from dmc41x3.address import REAL, SIM, split
+from dmc41x3.address import SIM, split
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings, Site, host_and_port
 from dmc41x3.cli.signals import on_end
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import AxisRecord, DataRecord
 from dmc41x3.wire.framing import LineSplitter
@@ -97,7 +98,7 @@ def meant(address: str, settings: OutputSettings) -> str:
     """Return the address that an argument means: `sim`, HOST or HOST:PORT; raises `InvalidValue`."""
     place = settings.site.meant(address, settings.config)
     if address != SIM:
-        host_and_port(place, words=f"{SIM} or {REAL}")
+        host_and_port(place, words=phrase("sim or real"))
     return place
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from dmc41x3.address import REAL, split
 from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
-from dmc41x3.i18n import LANGUAGES
+from dmc41x3.i18n import LANGUAGES, phrase
 
 if TYPE_CHECKING:
     from dmc41x3.driver import Driver
@@ -37,7 +37,9 @@ def clock_factor(speed: float | None) -> float:
     if speed is None:
         return 1.0
     if not 0.0 < speed <= FASTEST:
-        raise InvalidValue(key="--speed", value=speed, reason=f"it must be above 0 and at most {FASTEST:g}")
+        raise InvalidValue(
+            key="--speed", value=speed, reason=phrase("it must be above 0 and at most {most:g}", most=FASTEST)
+        )
     return speed
 
 
@@ -49,7 +51,9 @@ def host_and_port(text: str, key: str = "--address", words: str = REAL) -> tuple
     try:
         return split(text)
     except ValueError as error:
-        raise InvalidValue(key=key, value=repr(text), reason=f"where it is not {words}, {error}") from error
+        raise InvalidValue(
+            key=key, value=repr(text), reason=phrase("where it is not {words}, {error}", words=words, error=error)
+        ) from error
 
 
 ADDRESS = "DMC_ADDRESS"
@@ -102,7 +106,9 @@ class Alone:
             return address
         named = os.environ.get(ADDRESS, "")
         if not named:
-            raise InvalidValue(key="HOST", value=repr(REAL), reason=f"${ADDRESS} does not name a controller")
+            raise InvalidValue(
+                key="HOST", value=repr(REAL), reason=phrase("${variable} does not name a controller", variable=ADDRESS)
+            )
         return named
 
     def twin(self) -> VirtualController:
@@ -188,11 +194,13 @@ def split_options(
 
 def _with(settings: OutputSettings, name: str, value: str | None, command: str) -> OutputSettings:
     if not value:
-        raise InvalidCommandLine(reason=f"{name} needs a value", command=command)
+        raise InvalidCommandLine(reason=phrase("{name} needs a value", name=name), command=command)
     if name == "--config":
         return settings._replace(config=value)
     if value not in LANGUAGES:
-        raise InvalidValue(key=name, value=value, reason=f"it must be one of {', '.join(LANGUAGES)}")
+        raise InvalidValue(
+            key=name, value=value, reason=phrase("it must be one of {choices}", choices=", ".join(LANGUAGES))
+        )
     return settings._replace(language=value)
 
 

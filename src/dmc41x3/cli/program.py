@@ -19,6 +19,7 @@ from dmc41x3.errors import (
     ProgramLost,
     ProgramRuns,
 )
+from dmc41x3.i18n import phrase
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.transfer import ProgramSource, prepared
 
@@ -120,8 +121,9 @@ def read(file: str) -> ProgramSource:
     source = prepared(_decoded(data))
     for number, line in enumerate(source.lines):
         if not line.isascii():
-            reason = (
-                f"line {number} has characters outside its comment that are not ASCII; a controller accepts only ASCII"
+            reason = phrase(
+                "line {number} has characters outside its comment that are not ASCII; a controller accepts only ASCII",
+                number=number,
             )
             raise FileUnreadable(path=path, reason=reason)
     return source

@@ -30,6 +30,7 @@ from typing import TypeAlias, TypeVar
 
 from dmc41x3.errors import CodedError, ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from dmc41x3.gclib.errors import Code, GclibError, translated
+from dmc41x3.i18n import phrase
 from dmc41x3.language.numbers import parse_number
 from dmc41x3.wire.framing import Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
 
@@ -203,7 +204,7 @@ class Commands:
         except OSError as error:
             raise self._ended(str(error)) from error
         if not data:
-            raise self._ended("the controller ended the connection")
+            raise self._ended(phrase("the controller ended the connection"))
         self._heard = True
         return data
 

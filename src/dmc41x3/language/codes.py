@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from dmc41x3.errors import MemoryDamaged
+from dmc41x3.i18n import phrase
 
 
 class ErrorCode(IntEnum):
@@ -230,33 +231,33 @@ class StopCode(IntEnum):
 
 
 STOP_TEXTS: dict[int, str] = {
-    0: "running",
-    1: "arrived where commanded",
-    2: "forward limit",
-    3: "reverse limit",
-    4: "stopped by ST",
-    6: "abort input",
-    7: "aborted by AB",
-    8: "following error, motor switched off",
-    9: "found the home edge",
-    10: "homed or found the index",
-    11: "selective abort input",
-    12: "encoder failure",
-    15: "amplifier fault",
-    16: "stepper lost its position",
-    30: "running a PVT sequence",
-    31: "PVT sequence complete",
-    32: "PVT sequence ran out of segments",
-    41: "sample overflow",
-    50: "contouring",
-    51: "contour stopped",
-    60: "following a cam",
-    61: "cam stopped",
-    70: "EtherCAT motion running",
-    71: "EtherCAT motion stopped",
-    99: "encoder did not arrive in time",
-    100: "running a vector sequence",
-    101: "vector sequence complete",
+    0: phrase("running"),
+    1: phrase("arrived where commanded"),
+    2: phrase("forward limit"),
+    3: phrase("reverse limit"),
+    4: phrase("stopped by ST"),
+    6: phrase("abort input"),
+    7: phrase("aborted by AB"),
+    8: phrase("following error, motor switched off"),
+    9: phrase("found the home edge"),
+    10: phrase("homed or found the index"),
+    11: phrase("selective abort input"),
+    12: phrase("encoder failure"),
+    15: phrase("amplifier fault"),
+    16: phrase("stepper lost its position"),
+    30: phrase("running a PVT sequence"),
+    31: phrase("PVT sequence complete"),
+    32: phrase("PVT sequence ran out of segments"),
+    41: phrase("sample overflow"),
+    50: phrase("contouring"),
+    51: phrase("contour stopped"),
+    60: phrase("following a cam"),
+    61: phrase("cam stopped"),
+    70: phrase("EtherCAT motion running"),
+    71: phrase("EtherCAT motion stopped"),
+    99: phrase("encoder did not arrive in time"),
+    100: phrase("running a vector sequence"),
+    101: phrase("vector sequence complete"),
 }
 """Text of every stop code of SC."""
 
@@ -290,10 +291,10 @@ class Burned:
     def damaged(self) -> tuple[str, ...]:
         """Names of the damaged memories."""
         sound = {
-            "parameters": self.parameters,
-            "program": self.program,
-            "variables": self.variables,
-            "master reset": self.master,
+            phrase("parameters"): self.parameters,
+            phrase("program"): self.program,
+            phrase("variables"): self.variables,
+            phrase("master reset"): self.master,
         }
         return tuple(name for name, holds in sound.items() if not holds)
 

@@ -27,6 +27,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from dmc41x3.errors import InvalidValue, ProgramDiffers, UnexpectedReply
+from dmc41x3.i18n import phrase
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.language.numbers import SCALE, fits, fixed, parse_number
 
@@ -47,8 +48,10 @@ def require_array_name(name: str) -> None:
 def require_array_fit(name: str, first: int, count: int, length: float) -> None:
     """Raise `InvalidValue` if `count` elements from `first` on do not fit into an array of `length`."""
     if first < 0 or first + count > length:
-        reason = f"the array has the elements 0 to {length - 1:g}"
-        raise InvalidValue(key=name, value=f"elements {first} to {first + count - 1}", reason=reason)
+        reason = phrase("the array has the elements 0 to {last:g}", last=length - 1)
+        raise InvalidValue(
+            key=name, value=phrase("elements {first} to {last}", first=first, last=first + count - 1), reason=reason
+        )
 
 
 def array_length(name: str) -> str:
@@ -130,12 +133,24 @@ def uploaded_lines(text: str) -> tuple[str, ...]:
 def require_loadable(lines: Sequence[str]) -> None:
     """Raise `InvalidValue` for lines that no controller accepts: too many, too long, or with forbidden characters."""
     if len(lines) > LINES_LIMIT:
-        raise InvalidValue(key="program", value=f"{len(lines)} lines", reason=f"there is room for {LINES_LIMIT}")
+        raise InvalidValue(
+            key="program",
+            value=phrase("{count:d} lines", count=len(lines)),
+            reason=phrase("there is room for {most}", most=LINES_LIMIT),
+        )
     for number, line in enumerate(lines):
         if len(line) > LINE_LIMIT:
-            raise InvalidValue(key=f"line {number}", value=repr(line), reason=f"a line holds {LINE_LIMIT} characters")
+            raise InvalidValue(
+                key=phrase("line {number:d}", number=number),
+                value=repr(line),
+                reason=phrase("a line holds {most} characters", most=LINE_LIMIT),
+            )
         if (found := _FORBIDDEN.search(line)) is not None:
-            raise InvalidValue(key=f"line {number}", value=repr(line), reason=f"{found[0]!r} ends or breaks a download")
+            raise InvalidValue(
+                key=phrase("line {number:d}", number=number),
+                value=repr(line),
+                reason=phrase("{line!r} ends or breaks a download", line=found[0]),
+            )
 
 
 def download_probe(keep: int) -> bytes:

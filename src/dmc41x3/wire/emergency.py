@@ -11,6 +11,7 @@ import struct
 from typing import NamedTuple
 
 from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, UnexpectedReply
+from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
 
 _FIRST_AXIS, _AXIS_BYTES = 82, 36
@@ -109,7 +110,7 @@ class _Conversation:
             except OSError as error:
                 raise self._failure(error) from error
             if not piece:
-                raise self._ended("the controller ended the connection")
+                raise self._ended(phrase("the controller ended the connection"))
             data += piece
             self._heard = True
         return data

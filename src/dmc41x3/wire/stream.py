@@ -14,6 +14,7 @@ from enum import Enum
 from typing import Protocol
 
 from dmc41x3.errors import CodedError, CommandRejected, ConnectFailed, InvalidValue, LinkLost, MachineError
+from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LONGEST_PERIOD, SAMPLES, SHORTEST_PERIOD
 from dmc41x3.language.record import DataRecord, decode
 from dmc41x3.wire.transport import DatagramFactory, Datagrams
@@ -106,7 +107,11 @@ def period_of(rate: float) -> int:
     period = round(SAMPLES / rate / 2.0) * 2 if rate > 0.0 else 0
     if not SHORTEST_PERIOD <= period <= LONGEST_PERIOD:
         slowest, fastest = SAMPLES / LONGEST_PERIOD, SAMPLES / SHORTEST_PERIOD
-        raise InvalidValue(key="rate", value=f"{rate:g}", reason=f"it must be {slowest:.3f} to {fastest:g} per second")
+        raise InvalidValue(
+            key="rate",
+            value=f"{rate:g}",
+            reason=phrase("it must be {least:.3f} to {most:g} per second", least=slowest, most=fastest),
+        )
     return period
 
 

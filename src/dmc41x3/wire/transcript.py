@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, cast
 
 from dmc41x3.errors import UnexpectedReply
+from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, decode
 from dmc41x3.wire.framing import LineSplitter, Message, Received, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
@@ -58,7 +59,7 @@ def read(lines: Iterable[str]) -> list[WirePiece]:
     except (ValueError, RecursionError):
         head = {}
     if head.get("format") != FORMAT or head.get("version") != VERSION:
-        raise ValueError(f"it is no {FORMAT} of version {VERSION}")
+        raise ValueError(phrase("it is no {format} of version {version}", format=FORMAT, version=VERSION))
     pieces: list[WirePiece] = []
     for number, text in enumerate(texts[1:], start=2):
         try:
@@ -66,7 +67,7 @@ def read(lines: Iterable[str]) -> list[WirePiece]:
         except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             if number == len(texts) and not text.endswith("\n"):
                 break
-            raise ValueError(f"line {number} is no piece of a wire") from error
+            raise ValueError(phrase("line {number} is no piece of a wire", number=number)) from error
     return pieces
 
 

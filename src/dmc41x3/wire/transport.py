@@ -13,6 +13,7 @@ from collections.abc import Awaitable, Callable
 from typing import Protocol, TypeAlias
 
 from dmc41x3.errors import ConnectFailed, LinkLost
+from dmc41x3.i18n import phrase
 
 
 class Transport(Protocol):
@@ -150,7 +151,9 @@ class TcpTransport:
             async with asyncio.timeout(timeout):
                 stream, _ = await loop.create_connection(lambda: _Receiver(inbox, closed), host, port)
         except TimeoutError:
-            raise ConnectFailed(address=peer, reason=f"no answer within {timeout:g} s") from None
+            raise ConnectFailed(
+                address=peer, reason=phrase("no answer within {seconds:g} s", seconds=timeout)
+            ) from None
         except (OSError, UnicodeError, OverflowError) as error:
             raise ConnectFailed(address=peer, reason=_reason(error)) from error
         sock: socket.socket = stream.get_extra_info("socket")

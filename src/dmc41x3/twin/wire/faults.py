@@ -12,7 +12,7 @@ from random import Random
 from typing import NamedTuple, Protocol, TypeAlias
 
 from dmc41x3.errors import InvalidValue, UnknownName
-from dmc41x3.i18n import marked
+from dmc41x3.i18n import marked, phrase
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.network import Handle
@@ -154,7 +154,8 @@ class Parameter(NamedTuple):
 
     def _word(self, text: str) -> str:
         if self.choices and text not in self.choices:
-            raise InvalidValue(key=self.name, value=text, reason=f"it must be one of {', '.join(self.choices)}")
+            reason = phrase("it must be one of {choices}", choices=", ".join(self.choices))
+            raise InvalidValue(key=self.name, value=text, reason=reason)
         if self.name == "handles" and (not text or not set(text) <= set(LETTERS)):
             raise InvalidValue(key=self.name, value=text, reason="it must be letters of handles, A to H")
         return text
@@ -166,9 +167,13 @@ class Parameter(NamedTuple):
             number = float("nan")
         whole = isinstance(self.default, int)
         if not isfinite(number) or not self.minimum <= number <= self.maximum or (whole and number % 1):
-            kind = "a whole number" if whole else "a number"
-            limits = f"from {self.minimum:g} to {self.maximum:g}"
-            raise InvalidValue(key=self.name, value=value, reason=f"it must be {kind} {limits} {self.unit}".rstrip())
+            limits = f"{self.maximum:g} {self.unit}".rstrip()
+            reason = (
+                phrase("it must be a whole number from {least:g} to {most}", least=self.minimum, most=limits)
+                if whole
+                else phrase("it must be a number from {least:g} to {most}", least=self.minimum, most=limits)
+            )
+            raise InvalidValue(key=self.name, value=value, reason=reason)
         return int(number) if whole else number
 
 
@@ -207,7 +212,8 @@ def _axis(victim: FaultTarget, values: Values) -> int:
     letters = victim.machine.unit.letters
     letter = str(values["axis"])
     if letter not in letters:
-        raise InvalidValue(key="axis", value=letter, reason=f"this controller has the axes {letters}")
+        reason = phrase("this controller has the axes {letters}", letters=letters)
+        raise InvalidValue(key="axis", value=letter, reason=reason)
     return letters.index(letter)
 
 

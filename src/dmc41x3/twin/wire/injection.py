@@ -23,6 +23,7 @@ from typing import Any, NamedTuple, cast
 
 from dmc41x3 import listening
 from dmc41x3.errors import CodedError, InvalidRequest
+from dmc41x3.i18n import phrase
 from dmc41x3.twin.wire.faults import Fault, FaultTarget, Timer, Value, Values, find
 
 
@@ -206,7 +207,8 @@ def _seconds(value: Any) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= _LASTS:
-        raise InvalidRequest(key="seconds", reason=f"it must be a number above 0 and at most {_LASTS:g}")
+        reason = phrase("it must be a number above 0 and at most {most:g}", most=_LASTS)
+        raise InvalidRequest(key="seconds", reason=reason)
     return float(value)
 
 
