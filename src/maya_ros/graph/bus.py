@@ -14,6 +14,7 @@ import asyncio
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import types
 from maya_ros.graph.goals import GoalServer, GoalTopics
 from maya_ros.graph.permissions import Who, acting_for
@@ -293,7 +294,7 @@ class BusNode:
         if held is None:
             raise UnknownInterface(form="service", name=name)
         if kind not in ("", held.kind):
-            raise InvalidMessage(name=kind, reason=f"the service {name} is a {held.kind}")
+            raise InvalidMessage(name=kind, reason=phrase("the service {name} is a {kind}", name=name, kind=held.kind))
         with acting_for(caller_of(self)):
             return await held.call(request)
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.protocol import Message, header, in_seconds, stamp
 from maya_un.controller.protocol import Preview
 from maya_un.errors import InvalidMessage, InvalidValue, TrajectoryRefused
@@ -89,7 +90,11 @@ def speed_for(preview: MotionPreviewer, path: Route, least: float) -> float:
     fast, speed, duration = 1.0, 1.0, preview(path).duration
     while 0.0 < duration < least:
         if speed <= SLOWEST:
-            reason = f"it is to take {least:.1f} s, and at its slowest it takes {duration:.1f} s"
+            reason = phrase(
+                "it is to take {least:.1f} s, and at its slowest it takes {duration:.1f} s",
+                least=least,
+                duration=duration,
+            )
             raise TrajectoryRefused(reason=reason)
         fast, speed = speed, max(SLOWEST, _LESS * speed * duration / least)
         duration = preview(path, speed=speed).duration
@@ -119,13 +124,16 @@ def _space(names: Sequence[str]) -> tuple[Space, tuple[int, int, int]]:
         if sorted(names) == sorted(own) and (space is Space.JOINT or tuple(names) == own):
             first, second, third = (list(names).index(name) for name in own)
             return space, (first, second, third)
-    known = ", or ".join(" ".join(own) for own in NAMES.values())
-    raise InvalidMessage(name="joint_names", reason=f"it must be {known}, not {' '.join(names)[:60]!r}")
+    choices = ", ".join(" ".join(own) for own in NAMES.values())
+    reason = phrase("it must be one of {choices}, not {given!r}", choices=choices, given=" ".join(names)[:60])
+    raise InvalidMessage(name="joint_names", reason=reason)
 
 
 def _waypoint(positions: Sequence[float], places: tuple[int, int, int], index: int) -> Waypoint:
     if len(positions) != 3:
-        raise InvalidMessage(name=f"points[{index}].positions", reason=f"it must have 3 items, not {len(positions)}")
+        raise InvalidMessage(
+            name=f"points[{index}].positions", reason=phrase("it must have 3 items, not {count}", count=len(positions))
+        )
     first, second, third = (positions[place] for place in places)
     if max(abs(first), abs(second), abs(third)) > FARTHEST:
         raise InvalidValue(key=f"points[{index}].positions", value=tuple(positions), reason=WITHIN)
@@ -136,7 +144,11 @@ def _blend(effort: Sequence[float], index: int) -> Blend:
     if not effort:
         return SHARP
     if len(effort) != len(SHARP):
-        reason = f"it is empty or has {len(SHARP)} items, before, after, fall and rise, not {len(effort)}"
+        reason = phrase(
+            "it is empty or has {wanted} items, before, after, fall and rise, not {given}",
+            wanted=len(SHARP),
+            given=len(effort),
+        )
         raise InvalidMessage(name=f"points[{index}].effort", reason=reason)
     return Blend(*effort)
 

@@ -17,6 +17,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.protocol import Publisher
 from maya_un.errors import InvalidMessage, MayaError
 from maya_un.events import (
@@ -127,7 +128,9 @@ def read(text: str) -> ReportedEvent:
     """Return the event of a message on the topic; raises `InvalidMessage` for a text of another form."""
     word, _, rest = text.partition(" ")
     if word not in words():
-        raise InvalidMessage(name="/maya_event", reason=f"it begins with {word[:40]!r}, which is no word of it")
+        raise InvalidMessage(
+            name="/maya_event", reason=phrase("it begins with {word!r}, which is no word of it", word=word[:40])
+        )
     try:
         data = json.loads(rest)
         fault, strokes = data["fault"], data["strokes"]
@@ -142,7 +145,9 @@ def read(text: str) -> ReportedEvent:
         )
         return ReportedEvent(word, standing, int(data["code"]), dict(data["detail"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InvalidMessage(name="/maya_event", reason=f"behind its word stands no such object ({error!r})") from None
+        raise InvalidMessage(
+            name="/maya_event", reason=phrase("behind its word stands no such object ({error!r})", error=error)
+        ) from None
 
 
 def _noticed(notice: Notice) -> dict[str, object]:

@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, NamedTuple, TypeVar
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.protocol import Act, Feedback, GoalRefused, GoalStatus, Graph, Message
 from maya_ros.graph.table import Row
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
@@ -108,7 +109,9 @@ async def run_action(graph: Graph, row: Row, goal: Message, feedback: Feedback |
     if error is not None:
         raise error
     if ended.outcome is not GoalStatus.SUCCEEDED:
-        raise ServiceFailed(service=row.name, reason=f"it ended as {ended.outcome.name.lower()}")
+        raise ServiceFailed(
+            service=row.name, reason=phrase("it ended as {outcome}", outcome=ended.outcome.name.lower())
+        )
     return ended.result
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any, Protocol
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidMessage
 
 Message = dict[str, Any]
@@ -218,7 +219,9 @@ def by_name(kind: str, fields: Sequence[str], request: Request) -> Message:
     if len(request) == 1 and isinstance(request[0], dict) and set(fields).issuperset(request[0]):
         return request[0]
     if len(request) > len(fields):
-        raise InvalidMessage(name=kind, reason=f"it has {len(fields)} fields, not {len(request)}")
+        raise InvalidMessage(
+            name=kind, reason=phrase("it has {count} fields, not {given}", count=len(fields), given=len(request))
+        )
     return dict(zip(fields, request, strict=False))
 
 

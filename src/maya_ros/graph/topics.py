@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Protocol
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import types
 from maya_ros.graph.permissions import Who, acting_for, caller
 from maya_ros.graph.protocol import Message, Stamp
@@ -97,7 +98,9 @@ class Topics:
         kind = kind.replace("/msg/", "/")
         if known is not None:
             if kind not in ("", known.kind):
-                raise InvalidMessage(name=kind, reason=f"the topic {name} carries {known.kind}")
+                raise InvalidMessage(
+                    name=kind, reason=phrase("the topic {name} carries {kind}", name=name, kind=known.kind)
+                )
             return known
         if not kind:
             raise UnknownInterface(form="topic", name=name)

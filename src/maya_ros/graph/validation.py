@@ -11,6 +11,7 @@ from math import inf, isinf, nan
 from reprlib import repr
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.catalogue import ANY, SCALAR, Field, is_base, spec
 from maya_ros.graph.protocol import Message
 from maya_un.errors import UnknownInterface
@@ -71,7 +72,7 @@ def converter(kind: str) -> Converter:
 
     def convert(data: Any) -> Message:
         if not isinstance(data, Mapping):
-            raise Mismatch(f"it must be an object, not {repr(data)}")
+            raise Mismatch(phrase("it must be an object, not {data}", data=repr(data)))
         out: Message = {}
         for name, one, default in fields:
             if name in data:
@@ -83,7 +84,8 @@ def converter(kind: str) -> Converter:
                 out[name] = default()
         if not names.issuperset(data):
             unknown = next(name for name in data if name not in names)
-            raise Mismatch(f"it has {', '.join(sorted(names)) or 'no field'}, and no other").within(str(unknown)[:64])
+            reason = phrase("it has {names}, and no other", names=", ".join(sorted(names)) or phrase("no field"))
+            raise Mismatch(reason).within(str(unknown)[:64])
         return out
 
     return convert
@@ -112,9 +114,9 @@ def _array(one: Converter, field: Field) -> Converter:
     def convert(data: Any) -> list[Any]:
         values = _bytes(data) if as_bytes and isinstance(data, str | bytes | bytearray) else data
         if not isinstance(values, list | tuple):
-            raise Mismatch(f"it must be an array, not {repr(data)}")
+            raise Mismatch(phrase("it must be an array, not {data}", data=repr(data)))
         if length not in (ANY, len(values)):
-            raise Mismatch(f"it must have {length} items, not {len(values)}")
+            raise Mismatch(phrase("it must have {length} items, not {given}", length=length, given=len(values)))
         try:
             return [one(value) for value in values]
         except Mismatch:
@@ -138,7 +140,7 @@ def _bytes(data: str | bytes | bytearray) -> list[int]:
     try:
         return list(base64.b64decode(data, validate=True))
     except (binascii.Error, ValueError):
-        raise Mismatch("it must be an array, or bytes as base64") from None
+        raise Mismatch(phrase("it must be an array, or bytes as base64")) from None
 
 
 def _base(kind: str) -> Converter:
@@ -153,27 +155,29 @@ def _base(kind: str) -> Converter:
 def _bool(value: Any) -> bool:
     if value is True or value is False:
         return value
-    raise Mismatch(f"it must be true or false, not {repr(value)}")
+    raise Mismatch(phrase("it must be true or false, not {value}", value=repr(value)))
 
 
 def _string(value: Any) -> str:
     """Return a text; raises `Mismatch` for a lone surrogate, which JSON can contain."""
     if not isinstance(value, str):
-        raise Mismatch(f"it must be text, not {repr(value)}")
+        raise Mismatch(phrase("it must be text, not {value}", value=repr(value)))
     if not value.isascii():
         try:
             value.encode()
         except UnicodeEncodeError:
-            raise Mismatch("it must be text that can be encoded") from None
+            raise Mismatch(phrase("it must be text that can be encoded")) from None
     return value
 
 
 def _integer(least: int, greatest: int) -> Converter:
     def convert(value: Any) -> int:
         if not isinstance(value, int) or isinstance(value, bool):
-            raise Mismatch(f"it must be a whole number, not {repr(value)}")
+            raise Mismatch(phrase("it must be a whole number, not {value}", value=repr(value)))
         if not least <= value <= greatest:
-            raise Mismatch(f"it must be {least} to {greatest}, not {repr(value)}")
+            raise Mismatch(
+                phrase("it must be {least} to {most}, not {value}", least=least, most=greatest, value=repr(value))
+            )
         return value
 
     return convert
@@ -186,17 +190,17 @@ def _float(value: Any) -> float:
     if value is None:
         return nan
     if not isinstance(value, int | float) or isinstance(value, bool):
-        raise Mismatch(f"it must be a number, not {repr(value)}")
+        raise Mismatch(phrase("it must be a number, not {value}", value=repr(value)))
     try:
         return float(value)
     except OverflowError:
-        raise Mismatch(f"it must fit a float64, unlike {repr(value)}") from None
+        raise Mismatch(phrase("it must fit a float64, unlike {value}", value=repr(value))) from None
 
 
 def _single(value: Any) -> float:
     number = _float(value)
     if _GREATEST_SINGLE <= abs(number) < inf and not isinf(number):
-        raise Mismatch(f"it must fit a float32, unlike {repr(value)}")
+        raise Mismatch(phrase("it must fit a float32, unlike {value}", value=repr(value)))
     return number
 
 
@@ -221,11 +225,13 @@ def _stamp(least: int, greatest: int) -> Converter:
         if isinstance(data, Mapping) and "sec" in data:
             data = _renamed(data)
         if not isinstance(data, Mapping) or not names.issuperset(data):
-            raise Mismatch(f'it must be {{"secs", "nsecs"}}, not {repr(data)}')
+            raise Mismatch(phrase('it must be {{"secs", "nsecs"}}, not {data}', data=repr(data)))
         carried, nsecs = divmod(whole(data.get("nsecs", 0)), _SECOND)
         secs = whole(data.get("secs", 0)) + carried
         if not least <= secs <= greatest:
-            raise Mismatch(f"its secs must be {least} to {greatest}, not {repr(secs)}")
+            raise Mismatch(
+                phrase("its secs must be {least} to {most}, not {secs}", least=least, most=greatest, secs=repr(secs))
+            )
         return {"secs": secs, "nsecs": nsecs}
 
     return convert

@@ -16,6 +16,7 @@ import genpy
 import roslib.message
 import rospy
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.catalogue import is_base
 from maya_ros.graph.protocol import Message
 from maya_ros.graph.validation import Mismatch, converter
@@ -119,13 +120,14 @@ def _of_class(kind: type[MessageClass]) -> TypeConversion:
 
     def made(data: Any) -> MessageClass:
         if not isinstance(data, Mapping):
-            raise Mismatch(f"it must be an object, not {data!r:.40}")
+            raise Mismatch(phrase("it must be an object, not {data}", data=f"{data!r:.40}"))
         message = kind.__new__(kind)
         for name, ways in fields:
             setattr(message, name, _field(ways, name, data[name]) if name in data else ways.default())
         if len(data) > len(names) or any(name not in names for name in data):
             unknown = next(str(name) for name in data if name not in names)
-            raise Mismatch(f"it has {', '.join(sorted(names)) or 'no field'}, and no other").within(unknown[:64])
+            reason = phrase("it has {names}, and no other", names=", ".join(sorted(names)) or phrase("no field"))
+            raise Mismatch(reason).within(unknown[:64])
         return message
 
     return TypeConversion(plain, made, lambda: made({}))
@@ -162,9 +164,9 @@ def _of_array(item: str, length: int | None) -> TypeConversion:
         if octets and isinstance(values, str | bytes | bytearray):
             values = _octets(values)
         if not isinstance(values, list | tuple):
-            raise Mismatch(f"it must be an array, not {values!r:.40}")
+            raise Mismatch(phrase("it must be an array, not {data}", data=f"{values!r:.40}"))
         if length is not None and len(values) != length:
-            raise Mismatch(f"it must have {length} items, not {len(values)}")
+            raise Mismatch(phrase("it must have {length} items, not {given}", length=length, given=len(values)))
         return whole([change(value) for value in values])
 
     def default() -> Any:
@@ -177,7 +179,7 @@ def _octets(data: str | bytes | bytearray) -> list[int]:
     try:
         return list(b64decode(data, validate=True) if isinstance(data, str) else data)
     except ValueError:
-        raise Mismatch("it must be an array, or bytes as base64") from None
+        raise Mismatch(phrase("it must be an array, or bytes as base64")) from None
 
 
 def _of_time(name: str) -> TypeConversion:

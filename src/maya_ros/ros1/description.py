@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.urdf import describe
 from maya_un.config import load
 from maya_un.errors import MayaError, RosMissing
@@ -30,5 +31,5 @@ def _described(macros: Path) -> str:
     try:
         return describe(macros, load())
     except ModuleNotFoundError as missing:
-        reason = f"{missing.name} is not installed, which makes the robot's description"
+        reason = phrase("{name} is not installed, which makes the robot's description", name=missing.name)
         raise RosMissing(reason=reason) from missing

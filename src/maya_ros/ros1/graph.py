@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.protocol import (
     Act,
     Answer,
@@ -76,7 +77,7 @@ class RosGraph:
         """
         name = whole(service)
         if name in self._served and self._served[name].open:
-            raise InvalidRequest(key="service", reason=f"{name} is served already")
+            raise InvalidRequest(key="service", reason=phrase("{name} is served already", name=name))
         held = self._served[name] = RosService(self._registrar, self._loop, service, kind, answer, quick)
         return held
 
@@ -94,7 +95,7 @@ class RosGraph:
         """Serve an action; raises `InvalidRequest` if this node serves it already."""
         name = whole(action)
         if any(one.name == name and one.open for one in self._actions):
-            raise InvalidRequest(key="action", reason=f"{name} is served already")
+            raise InvalidRequest(key="action", reason=phrase("{name} is served already", name=name))
         self._actions.append(RosAction(self._registrar, self._post, name, kind, act, self._speed))
         return self._actions[-1]
 

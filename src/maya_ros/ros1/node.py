@@ -31,6 +31,7 @@ import rosgraph
 import rospy
 from rospy.impl.rosout import RosOutHandler
 
+from dmc41x3.i18n import phrase
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop
 from maya_ros import graph
@@ -269,7 +270,9 @@ def clock_factor() -> float:
     simulated = _flag(SIMULATED, rospy.get_param(whole(SIMULATED), default=True))
     speed = rospy.get_param(whole(SPEED), 1.0) if simulated else 1.0
     if isinstance(speed, bool) or not isinstance(speed, int | float) or not 0.0 < speed <= FASTEST:
-        raise InvalidValue(key=SPEED, value=repr(speed), reason=f"it must be above 0 and at most {FASTEST:g}")
+        raise InvalidValue(
+            key=SPEED, value=repr(speed), reason=phrase("it must be above 0 and at most {most:g}", most=FASTEST)
+        )
     return float(speed)
 
 

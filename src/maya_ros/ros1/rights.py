@@ -13,6 +13,7 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from dmc41x3.i18n import phrase
 from maya_un import credentials
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError, NotSignedIn
@@ -29,7 +30,9 @@ LOOK_AGAIN = 1.0
 """Period of the check whether users have changed [s, real time]."""
 
 _NOBODY = replace(BYSTANDER, name=ROS.name, source=ROS.source)
-_NO_TOKEN = f"users exist, but the nodes of this ROS graph have none; start them with ${TOKEN_FILE}"
+_NO_TOKEN = phrase(
+    "users exist, but the nodes of this ROS graph have none; start them with ${variable}", variable=TOKEN_FILE
+)
 
 
 class GraphRights:
@@ -179,6 +182,6 @@ def token_of_graph() -> str:
         return ""
     found = credentials.kept_in(Path(named))
     if not found:
-        reason = "it must belong to this user, be unreadable for others (chmod 600), and hold a token"
+        reason = phrase("it must belong to this user, be unreadable for others (chmod 600), and hold a token")
         raise FileUnreadable(path=named, reason=reason)
     return found

@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import types
 from maya_ros.graph.outcome import failure
 from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, GraphHandle, Message, stamp
@@ -118,7 +119,9 @@ class ClientGoals:
         try:
             goal.read(fields)
             if self._goals >= UNDER_WAY:
-                raise InvalidRequest(key="action", reason=f"at most {UNDER_WAY} goals of a client may be under way")
+                raise InvalidRequest(
+                    key="action", reason=phrase("at most {most} goals of a client may be under way", most=UNDER_WAY)
+                )
         except MayaError as error:
             goal.tell_failure(self._client.words(error))
             return
@@ -208,7 +211,7 @@ class _Action:
         status = fields.whole("status", SUCCEEDED, 0, 255)
         if not fields.flag("result", default=True) or status not in (SUCCEEDED, CANCELED):
             reason = fields.get("values")
-            told = reason if isinstance(reason, str) and reason else "its server gave no reason"
+            told = reason if isinstance(reason, str) and reason else phrase("its server gave no reason")
             ended.set_exception(ServiceFailed(service=self._action, reason=told[:500]))
         elif status == CANCELED:
             ended.set_exception(Cancelled())
@@ -243,12 +246,12 @@ class ClientActions:
         said, action = fields.name("action")
         kind = fields.kind()
         if len(self._actions) >= SERVED:
-            raise InvalidRequest(key="action", reason=f"a client carries out at most {SERVED}")
+            raise InvalidRequest(key="action", reason=phrase("a client carries out at most {most}", most=SERVED))
         ours = self._actions.pop(action, None)
         if ours is not None:
-            ours.close("it was advertised again")
+            ours.close(phrase("it was advertised again"))
         elif action in ROWS or f"{action}/status" in await self._client.graph.directory.topics():
-            raise InvalidRequest(key="action", reason=f"{action} is served already")
+            raise InvalidRequest(key="action", reason=phrase("{name} is served already", name=action))
         one = _Action(self._client, said, action, kind)
         one.held = self._client.graph.act(action, kind, one.act)
         self._actions[action] = one
@@ -261,7 +264,7 @@ class ClientActions:
         if one is None:
             self._client.tell(StatusLevel.warning, f"{said} is not carried out by this client", fields.id)
             return
-        one.close("its server unadvertised it")
+        one.close(phrase("its server unadvertised it"))
         self._client.tell(StatusLevel.info, f"unadvertised action {said}", fields.id)
 
     def action_feedback(self, fields: Fields) -> None:
@@ -277,11 +280,11 @@ class ClientActions:
         said, action = fields.name("action")
         one = self._actions.get(action)
         if one is None:
-            raise InvalidRequest(key="action", reason=f"{said} is not carried out by this client")
+            raise InvalidRequest(key="action", reason=phrase("{name} is not carried out by this client", name=said))
         return one
 
     def close(self) -> None:
         """Stop serving all actions."""
         for one in self._actions.values():
-            one.close("its server disconnected")
+            one.close(phrase("its server disconnected"))
         self._actions.clear()

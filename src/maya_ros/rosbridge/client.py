@@ -11,6 +11,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from enum import IntEnum
 from typing import Any, Protocol
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.protocol import Graph
 from maya_ros.graph.table import TABLE, Row, type_of_topic
 from maya_ros.rosbridge import outgoing
@@ -275,4 +276,4 @@ def _check(topic: str, kind: str, found: str) -> None:
 
 def other_type(topic: str, kind: str) -> InvalidRequest:
     """Return the error for a type other than that of the topic."""
-    return InvalidRequest(key="type", reason=f"{topic} is a {kind}")
+    return InvalidRequest(key="type", reason=phrase("the topic {name} carries {kind}", name=topic, kind=kind))

@@ -11,6 +11,7 @@ from functools import partial
 
 from starlette.datastructures import Headers
 
+from dmc41x3.i18n import phrase
 from dmc41x3.listening import DescriptorShares, Listener
 from maya_ros.graph.protocol import Graph, Publisher
 from maya_ros.rosbridge.access import Guest, RestrictedGraph, TokenChecker
@@ -112,7 +113,9 @@ class Endpoint:
         """Return why a client is refused, None if it is admitted."""
         refusal = self._edge.refusal(headers)
         if refusal is None and len(self._sessions) >= self._most:
-            return InvalidRequest(key="connection", reason=f"at most {self._most} clients are served at once")
+            return InvalidRequest(
+                key="connection", reason=phrase("at most {most} clients are served at once", most=self._most)
+            )
         return refusal
 
     def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> RosbridgeSession:

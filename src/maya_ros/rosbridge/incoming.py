@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.table import ABORT, STOP, asked_by_topic
 from maya_ros.rosbridge.limits import FRAGMENT_PATIENCE, GATHERED, LONGEST_MESSAGE, LONGEST_SPLIT, MOST_FRAGMENTS
 from maya_un.errors import InvalidRequest
@@ -59,7 +60,7 @@ class Fields:
             return found
         if isinstance(found, int | float) and not isinstance(found, bool) and abs(found) < 2**63:
             return found
-        raise InvalidRequest(key="id", reason=f"it must be a text of at most {LONGEST_ID} characters")
+        raise InvalidRequest(key="id", reason=phrase("it must be a text of at most {most} characters", most=LONGEST_ID))
 
     def get(self, key: str) -> Any:
         """Return the value of a field, None if it is missing."""
@@ -78,7 +79,7 @@ class Fields:
         """Return one of some words."""
         found = self.text(key, default)
         if found not in known:
-            raise InvalidRequest(key=key, reason=f"it must be one of {', '.join(known)}")
+            raise InvalidRequest(key=key, reason=phrase("it must be one of {choices}", choices=", ".join(known)))
         return found
 
     def name(self, key: str) -> tuple[str, str]:
@@ -99,7 +100,7 @@ class Fields:
         if isinstance(found, float) and found.is_integer():
             found = int(found)
         if not isinstance(found, int) or isinstance(found, bool) or found < least:
-            raise InvalidRequest(key=key, reason=f"it must be a whole number from {least}")
+            raise InvalidRequest(key=key, reason=phrase("it must be a whole number from {least}", least=least))
         return min(found, most)
 
     def flag(self, key: str, default: bool | None = None) -> bool:
@@ -149,7 +150,7 @@ def parsed(text: str | bytes) -> Any:
 
 def not_json(error: ValueError) -> InvalidRequest:
     """Return the error for a text that is not JSON."""
-    return InvalidRequest(key="message", reason=f"it is not JSON ({error})")
+    return InvalidRequest(key="message", reason=phrase("it is not JSON ({error})", error=error))
 
 
 def as_object(value: Any) -> dict[str, Any]:
@@ -190,7 +191,9 @@ class Objects:
         """
         if len(text) > LONGEST_SPLIT or self._kept + len(text) > LONGEST_MESSAGE:
             self.forget()
-            raise InvalidRequest(key="message", reason=f"it is no JSON within {LONGEST_SPLIT} characters")
+            raise InvalidRequest(
+                key="message", reason=phrase("it is no JSON within {most} characters", most=LONGEST_SPLIT)
+            )
         found: list[str] = []
         begin = 0
         mark = ""
@@ -271,11 +274,15 @@ class FragmentCollector:
         total = fields.whole("total", 0, 1, MOST_FRAGMENTS + 1)
         number = fields.whole("num", -1, 0, MOST_FRAGMENTS)
         if total > MOST_FRAGMENTS:
-            raise InvalidRequest(key="total", reason=f"a message comes in at most {MOST_FRAGMENTS} fragments")
+            raise InvalidRequest(
+                key="total", reason=phrase("a message comes in at most {most} fragments", most=MOST_FRAGMENTS)
+            )
         gathered = self._open.get(name)
         if gathered is None:
             if len(self._open) >= GATHERED:
-                raise InvalidRequest(key="id", reason=f"at most {GATHERED} messages may be incomplete")
+                raise InvalidRequest(
+                    key="id", reason=phrase("at most {most} messages may be incomplete", most=GATHERED)
+                )
             gathered = self._open[name] = _Gathered(total, form)
         if total != gathered.total or form != gathered.form or not 0 <= number < total:
             raise InvalidRequest(key="num", reason="it does not fit the other fragments")
@@ -283,7 +290,9 @@ class FragmentCollector:
         gathered.pieces[number] = data
         gathered.latest = now
         if gathered.size > LONGEST_MESSAGE:
-            raise InvalidRequest(key="data", reason=f"the message has more than {LONGEST_MESSAGE} bytes")
+            raise InvalidRequest(
+                key="data", reason=phrase("the message has more than {most} bytes", most=LONGEST_MESSAGE)
+            )
         if len(gathered.pieces) < total:
             return None
         del self._open[name]

@@ -18,6 +18,7 @@ from functools import cache
 from math import ceil, isfinite, isqrt
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import types
 from maya_ros.graph.catalogue import SCALAR, Field, is_base, spec
 from maya_ros.graph.protocol import Message, stamp
@@ -51,7 +52,9 @@ def decoded(data: str, most: int) -> str:
     try:
         return _text(base64.b64decode(data, validate=True), most)
     except (ValueError, struct.error) as error:
-        raise InvalidRequest(key="data", reason=f"it is not a PNG picture of a text ({error})") from error
+        raise InvalidRequest(
+            key="data", reason=phrase("it is not a PNG picture of a text ({error})", error=error)
+        ) from error
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
@@ -60,14 +63,14 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 def _chunks(picture: bytes) -> Iterator[tuple[bytes, bytes]]:
     if not picture.startswith(_SIGNATURE):
-        raise ValueError("no signature")
+        raise ValueError(phrase("no signature"))
     place = len(_SIGNATURE)
     while place < len(picture):
         length, kind = struct.unpack_from(">I4s", picture, place)
         data = picture[place + 8 : place + 8 + length]
         (sum_,) = struct.unpack_from(">I", picture, place + 8 + length)
         if sum_ != zlib.crc32(kind + data):
-            raise ValueError("a check sum is wrong")
+            raise ValueError(phrase("a check sum is wrong"))
         yield kind, data
         place += 12 + length
 
@@ -82,10 +85,10 @@ def _text(picture: bytes, most: int) -> str:
     width, height, depth, colour, _, _, interlaced = struct.unpack(">IIBBBBB", head)
     mode = _MODES.get(colour)
     if depth != 8 or mode is None or interlaced:
-        raise ValueError("it is read with 8 bits a channel and not interlaced")
+        raise ValueError(phrase("it is read with 8 bits a channel and not interlaced"))
     stride = len(mode) * width
     if not 0 < width < _WIDEST or not 0 < height < _WIDEST or stride * height > most + 4 * stride:
-        raise ValueError(f"it has more than {most} bytes")
+        raise ValueError(phrase("it has more than {most} bytes", most=most))
     return _pixels(mode, (width, height), b"".join(packed)).decode().rstrip("\n")
 
 
@@ -98,7 +101,7 @@ def _pixels(mode: str, size: tuple[int, int], packed: bytes) -> bytes:
 
     pixels = Image.frombytes(mode, size, packed, "zip", mode).tobytes()
     if b"\0" in pixels:  # Pillow leaves missing rows zero, which no JSON holds
-        raise ValueError("rows are missing")
+        raise ValueError(phrase("rows are missing"))
     return pixels
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Awaitable, Callable, Mapping
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import types
 from maya_ros.graph.catalogue import is_base
 from maya_ros.graph.protocol import Graph, Message, NodeInfo, Request, by_name, stamp
@@ -181,7 +182,7 @@ class Rosapi:
         try:
             value = json.loads(request["value"])
         except (ValueError, RecursionError) as error:
-            raise InvalidMessage(name="value", reason=f"it is not JSON ({error})") from error
+            raise InvalidMessage(name="value", reason=phrase("it is not JSON ({error})", error=error)) from error
         await self._graph.parameters.set(_whole(request["name"]), value)
         return {}
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.protocol import GraphHandle, Message, Request
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.client import ROWS, RosbridgeClient, StatusLevel
@@ -38,7 +39,9 @@ class ClientCalls:
             _, service = fields.name("service")
             patience, arguments = call.read(fields), fields.get("args")
             if self._under_way >= UNDER_WAY:
-                raise InvalidRequest(key="service", reason=f"at most {UNDER_WAY} calls of a client may be under way")
+                raise InvalidRequest(
+                    key="service", reason=phrase("at most {most} calls of a client may be under way", most=UNDER_WAY)
+                )
         except MayaError as error:
             call.fail(error)
             return
@@ -50,7 +53,11 @@ class ClientCalls:
             async with asyncio.timeout(patience):
                 call.answer(await self._answered(service, arguments), done=True)
         except TimeoutError:
-            call.fail(ServiceFailed(service=service, reason=f"it did not answer within {patience:g} s"))
+            call.fail(
+                ServiceFailed(
+                    service=service, reason=phrase("it did not answer within {seconds:g} s", seconds=patience)
+                )
+            )
         except MayaError as error:
             call.fail(error)
         except Exception as defect:  # noqa: BLE001 - a client gets one sentence, the log the rest
@@ -178,12 +185,12 @@ class ClientServices:
         said, service = fields.name("service")
         kind = fields.kind()
         if len(self._services) >= SERVED:
-            raise InvalidRequest(key="service", reason=f"a client serves at most {SERVED}")
+            raise InvalidRequest(key="service", reason=phrase("a client serves at most {most}", most=SERVED))
         ours = self._services.pop(service, None)
         if ours is not None:
-            ours.close("it was advertised again")
+            ours.close(phrase("it was advertised again"))
         if service in ROWS or service in await self._client.graph.directory.service_names():
-            raise InvalidRequest(key="service", reason=f"{service} is served already")
+            raise InvalidRequest(key="service", reason=phrase("{name} is served already", name=service))
         one = _ClientService(self._client, said, service, kind)
         one.held = self._client.graph.serve(service, kind, one.answer)
         self._services[service] = one
@@ -196,7 +203,7 @@ class ClientServices:
         if one is None:
             self._client.tell(StatusLevel.warning, f"{said} is not served by this client", fields.id)
             return
-        one.close("its server unadvertised it")
+        one.close(phrase("its server unadvertised it"))
         self._client.tell(StatusLevel.info, f"unadvertised service {said}", fields.id)
 
     def service_response(self, fields: Fields) -> None:
@@ -204,17 +211,17 @@ class ClientServices:
         said, service = fields.name("service")
         one = self._services.get(service)
         if one is None:
-            raise InvalidRequest(key="service", reason=f"{said} is not served by this client")
+            raise InvalidRequest(key="service", reason=phrase("{name} is not served by this client", name=said))
         asked = one.answered(fields.get("id"))
         if fields.flag("result", default=True):
             asked.set_result(fields.record("values"))
         else:
             reason = fields.get("values")
-            said_why = reason if isinstance(reason, str) and reason else "its server gave no reason"
+            said_why = reason if isinstance(reason, str) and reason else phrase("its server gave no reason")
             asked.set_exception(ServiceFailed(service=service, reason=said_why[:500]))
 
     def close(self) -> None:
         """Stop serving all services."""
         for one in self._services.values():
-            one.close("its server disconnected")
+            one.close(phrase("its server disconnected"))
         self._services.clear()

@@ -8,6 +8,7 @@ from collections.abc import Awaitable, Callable, Iterable
 from contextlib import suppress
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.actions import ClientActions, ClientGoals
 from maya_ros.rosbridge.client import Id, MessageScheduler, RosbridgeClient, StatusLevel
@@ -169,7 +170,10 @@ class RosbridgeSession:
         found = self._ops.get(op) if isinstance(op, str) else None
         if found is None:
             raise InvalidRequest(
-                key="op", reason=f"it must be one of {', '.join(sorted([*self._ops, 'fragment', 'png']))}"
+                key="op",
+                reason=phrase(
+                    "it must be one of {choices}", choices=", ".join(sorted([*self._ops, "fragment", "png"]))
+                ),
             )
         return found
 
@@ -213,7 +217,7 @@ class RosbridgeSession:
             if found is None:
                 return None
             message = decoded(outgoing.decoded(found, LONGEST_MESSAGE) if op == "png" else found)
-        raise InvalidRequest(key="op", reason=f"a message is wrapped at most {NESTED} times")
+        raise InvalidRequest(key="op", reason=phrase("a message is wrapped at most {most} times", most=NESTED))
 
     def _set_level(self, fields: Fields) -> None:
         self._client.level = StatusLevel[fields.one_of("level", _LEVELS, "")]

@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Awaitable, Callable
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import types
 from maya_ros.graph.protocol import Message, Publisher, Subscription, stamp
 from maya_ros.rosbridge.client import ROWS, Backlog, Id, RosbridgeClient, StatusLevel, other_type
@@ -145,7 +146,7 @@ class ClientPublications:
 
     def _begin(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> _Writing:
         if len(self._writings) >= TOPICS:
-            raise InvalidRequest(key="topic", reason=f"a client publishes on at most {TOPICS}")
+            raise InvalidRequest(key="topic", reason=phrase("a client publishes on at most {most}", most=TOPICS))
         publisher = self._client.graph.advertise(topic, kind, latch=latch, queue_size=queue_size)
         writing = self._writings[topic] = _Writing(self._client, kind, publisher, latch=latch)
         return writing
@@ -356,7 +357,7 @@ class ClientSubscriptions:
 
     def _begin(self, said: str, topic: str, kind: str, request: SubscribeRequest, name: Id) -> None:
         if len(self._readings) >= TOPICS:
-            raise InvalidRequest(key="topic", reason=f"a client subscribes to at most {TOPICS}")
+            raise InvalidRequest(key="topic", reason=phrase("a client subscribes to at most {most}", most=TOPICS))
         reading = TopicReading(self._client, said, topic, kind)
         reading.add(name, request)
         reading.open()
@@ -367,7 +368,9 @@ class ClientSubscriptions:
         if kind and kind != reading.kind:
             raise other_type(said, reading.kind)
         if len(reading.requests) >= REQUESTS:
-            raise InvalidRequest(key="id", reason=f"at most {REQUESTS} subscriptions stand on a topic")
+            raise InvalidRequest(
+                key="id", reason=phrase("at most {most} subscriptions stand on a topic", most=REQUESTS)
+            )
         reading.add(name, request)
         self._client.tell(StatusLevel.info, f"subscribed to {said}", name)
 

@@ -15,6 +15,7 @@ from math import isclose
 
 import numpy as np
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
 from maya_ros.graph.conversions import path_to_message
 from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
@@ -320,7 +321,9 @@ class GraphController:
     async def override(self, ratio: float) -> None:
         """Scale the speed of the motion under way and of all later ones by `ratio`, from 0.01 to 1."""
         if not SLOWEST <= ratio <= 1.0:
-            raise InvalidValue(key="ratio", value=ratio, reason=f"it is at least {SLOWEST:g} and at most 1")
+            raise InvalidValue(
+                key="ratio", value=ratio, reason=phrase("it is at least {least:g} and at most 1", least=SLOWEST)
+            )
         self._require_there()
         wanted = round(ratio, PLACES)
         self._ratio.publish({"data": wanted})

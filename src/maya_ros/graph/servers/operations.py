@@ -12,6 +12,7 @@ from contextlib import asynccontextmanager
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Protocol
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.servers.process import Asker, sender
@@ -100,5 +101,7 @@ class OperationServer:
 def _parameters(text: str) -> Mapping[str, Any]:
     """Return the parameters of a call; raises `InvalidRequest`."""
     if len(text) > LONGEST:
-        raise InvalidRequest(key="arguments", reason=f"they are longer than {LONGEST} characters; use HTTP")
+        raise InvalidRequest(
+            key="arguments", reason=phrase("they are longer than {most} characters; use HTTP", most=LONGEST)
+        )
     return decode_object(text.encode("utf-8", "surrogatepass")) if text.strip() else {}

@@ -10,6 +10,7 @@ from contextvars import Context, copy_context
 from dataclasses import asdict
 from typing import Any, Protocol
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import diagnostics
 from maya_ros.graph.conversions import primitive_from_message
 from maya_ros.graph.diagnostics import DiagnosticStatus
@@ -306,5 +307,7 @@ def queue_message(view: QueueView) -> Message:
 def _step(primitive: Primitive, key: str) -> dict[str, object]:
     """Return a primitive as a step in a job file."""
     if not primitive.in_jobs:
-        raise InvalidJob(key=key, reason=f"{primitive.command} is a question; /maya_command answers it")
+        raise InvalidJob(
+            key=key, reason=phrase("{command} is a question; /maya_command answers it", command=primitive.command)
+        )
     return {primitive.command: primitive.argument.step(primitive.value)}

@@ -16,6 +16,7 @@ from math import inf
 from typing import Any
 from uuid import uuid4
 
+from dmc41x3.i18n import phrase
 from maya_ros.graph import diagnostics
 from maya_ros.graph.conversions import primitive_to_message
 from maya_ros.graph.permissions import Permit, anything
@@ -201,7 +202,7 @@ class Steps:
         if step.robot is not None and self._name is not None and step.robot != self._name:
             raise StepOfOtherRobot(robot=step.robot, name=self._name)
         if len(self._waiting) >= MOST_WAITING:
-            raise Busy(doing=f"{MOST_WAITING} steps")
+            raise Busy(doing=phrase("{most:d} steps", most=MOST_WAITING))
         self._require_in_time(step)
 
     def _require_in_time(self, step: StepCommand) -> None:
