@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
+from dmc41x3.i18n import PHRASE, marked, phrase
+
 AXES = ("a", "b", "c")
 """Names of the axes: a turns the boom, b and c are the two lines."""
 
@@ -23,7 +25,7 @@ JogDirection = str | tuple[float, float, float]
 FARTHEST = 1e4
 """Coordinates beyond this (rad, m) are refused everywhere, because no robot reaches them."""
 
-WITHIN = f"it must be a number between -{FARTHEST:g} and {FARTHEST:g}"
+WITHIN = phrase("it must be a number between {least:g} and {most:g}", least=-FARTHEST, most=FARTHEST)
 """Why a coordinate is refused that is not finite, or beyond `FARTHEST`."""
 
 
@@ -63,14 +65,14 @@ class GripperState(StrEnum):
 class Mode(StrEnum):
     """The activity of the controller layer; one at a time."""
 
-    DISCONNECTED = "disconnected"
-    NOT_HOMED = "not_homed"
-    HOMING = "homing"
-    IDLE = "idle"
-    MOVING = "moving"
-    PAUSED = "paused"
-    STOPPING = "stopping"
-    FAULT = "fault"
+    DISCONNECTED = marked("disconnected", PHRASE)
+    NOT_HOMED = marked("not_homed", PHRASE)
+    HOMING = marked("homing", PHRASE)
+    IDLE = marked("idle", PHRASE)
+    MOVING = marked("moving", PHRASE)
+    PAUSED = marked("paused", PHRASE)
+    STOPPING = marked("stopping", PHRASE)
+    FAULT = marked("fault", PHRASE)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import typer
 
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
+from dmc41x3.i18n import phrase
 from maya_un.cli import primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
@@ -242,7 +243,7 @@ def jog(
         return screen.jog(settings_of(context))
     if axis is None or distance is None:
         missing = "AXIS" if axis is None else "DISTANCE"
-        raise InvalidCommandLine(reason=f"{missing} is missing", command="maya jog")
+        raise InvalidCommandLine(reason=phrase("{name} is missing", name=missing), command="maya jog")
     if axis not in JOG_AXES:
         raise UnknownName(name=axis, known=", ".join(JOG_AXES))
     way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")

@@ -7,6 +7,7 @@ import json
 from collections.abc import Sequence
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.settings import OutputSettings
@@ -25,7 +26,7 @@ def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> in
         return _list(settings)
     operation = operations().get(name)
     if operation is None:
-        raise _invalid(f"there is no operation {name}, and `maya call` lists all operations")
+        raise _invalid(phrase("there is no operation {name}, and `maya call` lists all operations", name=name))
     request = request_of(name, operation, given)
     output.emit(ServiceClient.find().ask(request))
     return output.DONE
@@ -41,14 +42,16 @@ def request_of(name: str, operation: Operation, given: Sequence[str]) -> Request
     for pair in given:
         key, is_pair, text = pair.partition("=")
         if not is_pair:
-            raise _invalid(f"{pair} is not of the form NAME=VALUE")
+            raise _invalid(phrase("{pair} is not of the form NAME=VALUE", pair=pair))
         if key not in parameters:
-            known = ", ".join(parameters) or "none"
-            raise _invalid(f"{name} has no parameter {key}; its parameters: {known}")
+            names = ", ".join(parameters) or phrase("none")
+            raise _invalid(
+                phrase("{name} has no parameter {key}; its parameters: {names}", name=name, key=key, names=names)
+            )
         values[key] = _value(text, str(parameters[key].annotation))
     missing = [key for key, one in parameters.items() if one.default is one.empty and key not in values]
     if missing:
-        raise _invalid(f"{name} needs {', '.join(missing)}")
+        raise _invalid(phrase("{name} needs {names}", name=name, names=", ".join(missing)))
     return operation(**values)
 
 

@@ -13,6 +13,7 @@ from http.client import HTTPConnection, HTTPException, HTTPResponse
 from typing import Any, cast
 from urllib.parse import urlsplit
 
+from dmc41x3.i18n import phrase
 from maya_un import credentials, runtime
 from maya_un.client import requests
 from maya_un.client.request import TIMEOUT, Request
@@ -118,8 +119,12 @@ class ServiceClient:
 def _named(refusal: NotSignedIn) -> NotSignedIn:
     """Return a refusal with the file or variable from which this computer's token comes."""
     origin = credentials.origin()
-    said = refusal.details["reason"]
-    return NotSignedIn(reason=f"{said}; it comes from {origin}") if origin else refusal
+    reason = refusal.details["reason"]
+    return (
+        NotSignedIn(reason=phrase("{reason}; it comes from {origin}", reason=reason, origin=origin))
+        if origin
+        else refusal
+    )
 
 
 def _decode(response: HTTPResponse, text: bytes) -> Any:
@@ -133,4 +138,4 @@ def _refusal(problem: dict[str, Any]) -> MayaError:
     try:
         return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
     except (KeyError, TypeError):
-        return ServiceNotAnswering(reason=f"its answer is not understood: {problem}")
+        return ServiceNotAnswering(reason=phrase("its answer is not understood: {answer}", answer=problem))

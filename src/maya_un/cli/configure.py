@@ -6,7 +6,7 @@ from pathlib import Path
 
 from dmc41x3.address import SIM
 from dmc41x3.files import unwritable, write
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path, load, template, to_toml
@@ -77,7 +77,7 @@ def require_twin(address: str, command: str, **options: object) -> None:
     """Raise `InvalidCommandLine` if one of the `options` (None: not given) does not apply to a real machine."""
     given = [name for name, value in options.items() if value is not None]
     if given and address != SIM:
-        reason = f"--{given[0]} is for the twin, and {address} is a real machine"
+        reason = phrase("--{option} is for the twin, and {address} is a real machine", option=given[0], address=address)
         raise InvalidCommandLine(reason=reason, command=command)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase, translate
 from dmc41x3.loops import run_virtual
 from maya_un.assembly import stack
 from maya_un.cli import output
@@ -51,7 +51,9 @@ def workspace(request: PlotRequest, settings: OutputSettings) -> int:
     reachable = Workspace.of(config)
     height = config.cell.grasp_height if request.height is None else request.height
     if not 0.0 <= height <= config.geometry.height:
-        reason = f"the plan is cut between the table and the boom, 0 to {config.geometry.height:g} m"
+        reason = phrase(
+            "the plan is cut between the table and the boom, 0 to {height:g} m", height=config.geometry.height
+        )
         raise InvalidValue(key="--height", value=height, reason=reason)
     style.save(workspace_figure(reachable, height, WorkspaceView(request.view), request.point), path)
     nearest = None if request.point is None else reachable.nearest(request.point)

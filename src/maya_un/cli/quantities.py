@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from math import isfinite, pi
 
-from dmc41x3.address import REAL, SIM, meant
+from dmc41x3.address import SIM, meant
 from dmc41x3.cli import console
 from dmc41x3.cli.console import host_and_port
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, SpeedOnRealMachine
 from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
@@ -20,13 +21,13 @@ _SHARES = {"": 1.0, "%": 0.01}
 
 def length(text: str, key: str) -> float:
     """Return a length [m]; raises `InvalidValue` naming `key`."""
-    rule = "a length is a number in m, or with m, cm, mm or um behind it"
+    rule = phrase("a length is a number in m, or with m, cm, mm or um behind it")
     return _coordinate(text, key, _quantity(text, key, _LENGTHS, rule))
 
 
 def angle(text: str, key: str) -> float:
     """Return an angle [rad]; raises `InvalidValue` naming `key`."""
-    rule = "an angle is a number in rad, or with rad, mrad or deg behind it"
+    rule = phrase("an angle is a number in rad, or with rad, mrad or deg behind it")
     return _coordinate(text, key, _quantity(text, key, _ANGLES, rule))
 
 
@@ -42,12 +43,12 @@ def joints_of(a: str, b: str, c: str) -> Joints:
 
 def share(text: str, key: str) -> float:
     """Return a ratio, 1 for 100 %; raises `InvalidValue` naming `key`."""
-    return _quantity(text, key, _SHARES, "a share is a number, or with % behind it")
+    return _quantity(text, key, _SHARES, phrase("a share is a number, or with % behind it"))
 
 
 def duration(text: str, key: str) -> float:
     """Return a duration [s]; raises `InvalidValue` naming `key`."""
-    return _quantity(text, key, _DURATIONS, "a duration is a number in s, or with s, min, h or d behind it")
+    return _quantity(text, key, _DURATIONS, phrase("a duration is a number in s, or with s, min, h or d behind it"))
 
 
 def _quantity(text: str, key: str, units: dict[str, float], rule: str) -> float:
@@ -82,5 +83,5 @@ def target_address(text: str, configured: str) -> str:
     Raises `InvalidValue`.
     """
     if text != SIM:
-        host_and_port(meant(text, configured), words=f"{SIM} or {REAL}")
+        host_and_port(meant(text, configured), words=phrase("sim or real"))
     return meant(text, configured)

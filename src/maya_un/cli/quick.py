@@ -6,7 +6,7 @@ from math import degrees
 from typing import Any
 
 from dmc41x3.address import REAL
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase, translate
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
@@ -64,7 +64,9 @@ def _address(arguments: list[str], settings: OutputSettings) -> tuple[str, int] 
         case [word_] if word_.startswith("--address="):
             text = word_.removeprefix("--address=")
         case _:
-            raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya stop")
+            raise InvalidCommandLine(
+                reason=phrase("{words} is not understood", words=" ".join(arguments)), command="maya stop"
+            )
     from maya_un.cli.quantities import host_and_port
 
     if text == REAL:
@@ -109,7 +111,9 @@ def _stopping(report: dict[str, Any], settings: OutputSettings) -> str:
 def status(arguments: list[str], settings: OutputSettings) -> int:
     """Print the state of the running robot; raises as `ServiceClient.ask` does."""
     if arguments:
-        raise InvalidCommandLine(reason=f"{' '.join(arguments)} is not understood", command="maya status")
+        raise InvalidCommandLine(
+            reason=phrase("{words} is not understood", words=" ".join(arguments)), command="maya status"
+        )
     found: dict[str, Any] = ServiceClient.find(timeout=2.0).ask(requests.status())
     return output.answer(found, _described(found, settings.language), settings)
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
+from dmc41x3.i18n import phrase
 from maya_un.client.building import PrimitiveSteps
 from maya_un.client.targets import Spot, plain
 from maya_un.errors import InvalidJob
@@ -80,5 +81,8 @@ def body_of(job: JobLike) -> dict[str, Any]:
 
         job = load_job(Path(job))
     if not hasattr(job, "model_dump"):
-        raise InvalidJob(key="job", reason=f"{type(job).__name__} is no job: pass a mapping, a JobBuilder or a file")
+        raise InvalidJob(
+            key="job",
+            reason=phrase("{kind} is no job: pass a mapping, a JobBuilder or a file", kind=type(job).__name__),
+        )
     return job.model_dump(mode="json", exclude_none=True, warnings=False)

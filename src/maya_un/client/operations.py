@@ -10,6 +10,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidRequest
@@ -36,11 +37,15 @@ def request_of(name: str, values: Mapping[str, Any]) -> Request[Any]:
     """
     operation = operations().get(name)
     if operation is None:
-        raise InvalidRequest(key="operation", reason=f"{name[:64]!r} is unknown; `maya call` lists all operations")
+        raise InvalidRequest(
+            key="operation", reason=phrase("{name!r} is unknown; `maya call` lists all operations", name=name[:64])
+        )
     parameters = inspect.signature(operation).parameters
     for key, value in values.items():
         if key not in parameters:
-            raise InvalidRequest(key=key[:64], reason=f"{name} has the parameters {', '.join(parameters) or 'none'}")
+            names = ", ".join(parameters) or phrase("none")
+            reason = phrase("{name} has the parameters {names}", name=name, names=names)
+            raise InvalidRequest(key=key[:64], reason=reason)
         _check_type(key, value, str(parameters[key].annotation))
     for key, one in parameters.items():
         if one.default is one.empty and key not in values:
@@ -56,4 +61,4 @@ def _check_type(key: str, value: object, annotation: str) -> None:
     """Raise `InvalidRequest` if the value of a plain parameter has another type: it may become a part of the path."""
     kinds = _KINDS.get(annotation)
     if kinds is not None and (not isinstance(value, kinds) or (isinstance(value, bool) and bool not in kinds)):
-        raise InvalidRequest(key=key, reason=f"it is not of the type {annotation}")
+        raise InvalidRequest(key=key, reason=phrase("it is not of the type {type}", type=annotation))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from dmc41x3.i18n import phrase
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.plans import robot
@@ -71,7 +72,7 @@ def figure(title: str, inspection: JobInspection, config: Config, workspace: Wor
     motions = inspection.motions
     if not motions:
         refusal = inspection.preview.refusal
-        reason = "nothing in it moves the axes" if refusal is None else refusal.notice.message.rstrip(".")
+        reason = phrase("nothing in it moves the axes") if refusal is None else refusal.notice.message.rstrip(".")
         raise InvalidJob(key="steps" if refusal is None else refusal.key, reason=reason)
     time, joints, velocity = (
         np.concatenate([np.array(getattr(motion, name)) for motion in motions])

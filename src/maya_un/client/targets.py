@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue
 
 Spot = str | Sequence[float]
@@ -33,5 +34,7 @@ def joints(goal: Spot) -> str | dict[str, float]:
 def state_of(state: str, on: str, off: str) -> bool:
     """Return whether a state is `on`; raises `InvalidValue` if it is neither that nor `off`."""
     if state not in {on, off}:
-        raise InvalidValue(key="state", value=repr(state), reason=f"it must be {on!r} or {off!r}")
+        raise InvalidValue(
+            key="state", value=repr(state), reason=phrase("it must be '{on}' or '{off}'", on=on, off=off)
+        )
     return state == on

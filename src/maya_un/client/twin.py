@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, cast
 
+from dmc41x3.i18n import phrase
 from maya_un.client.jobs import JobBuilder, JobLike, body_of
 from maya_un.client.transport import ServiceAddress
 from maya_un.errors import InternalError, from_notice
@@ -118,7 +119,7 @@ class TwinProcess:
                 if "url" in found:
                     return str(found["url"])
                 raise from_notice(int(found["error"]["code"]), dict(found["error"]["details"]))
-        raise InternalError(reason=f"the twin ended before it was ready: {said.strip()[-200:]}")
+        raise InternalError(reason=phrase("the twin ended before it was ready: {output}", output=said.strip()[-200:]))
 
 
 def _ended(process: subprocess.Popen[str]) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from random import Random
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.robot import Rosbridge, RosbridgeLink
 from maya_un.coms.transport import (
     Report,
@@ -164,11 +165,11 @@ class Agent:
     def _understood(self, command: SupervisorCommand) -> tuple[str, dict[str, Any]]:
         """Return the id of a command and its data as sent to the robot; raises the `MayaError` that refuses it."""
         if len(command.text) > LONGEST:
-            raise InvalidMessage(name="the step", reason=f"it has more than {LONGEST} bytes")
+            raise InvalidMessage(name=phrase("the step"), reason=phrase("it has more than {most} bytes", most=LONGEST))
         try:
             data = read(command.text.decode())
         except UnicodeDecodeError as error:
-            raise InvalidMessage(name="the step", reason="it is not UTF-8") from error
+            raise InvalidMessage(name=phrase("the step"), reason="it is not UTF-8") from error
         id_ = id_of(data)
         if id_ is None:
             if command.id is None:

@@ -23,6 +23,7 @@ from urllib.parse import parse_qs, quote, urljoin, urlsplit
 
 import httpx
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.settings import where_of
 from maya_un.errors import SupervisorsNotReached
 
@@ -139,7 +140,11 @@ class FirebaseUser:
         url = _url(_TOOLKIT, "accounts:signInWithPassword")
         answer = await http.post(url, params={"key": self._api_key}, json=wanted)
         if not answer.is_success:
-            raise NoToken(f"the user {self._email} cannot sign in: {message_of(answer.content)}")
+            raise NoToken(
+                phrase(
+                    "the user {user} cannot sign in: {message}", user=self._email, message=message_of(answer.content)
+                )
+            )
         self._note(answer, "idToken", "refreshToken", "expiresIn")
 
     def _note(self, answer: httpx.Response, id_token: str, refresh_token: str, lasts: str) -> None:
@@ -148,7 +153,7 @@ class FirebaseUser:
             self._id_token, self._refresh_token = str(data[id_token]), str(data[refresh_token])
             self._ends = asyncio.get_running_loop().time() + float(data[lasts])
         except (KeyError, RecursionError, TypeError, ValueError) as error:
-            raise NoToken("the server of users answers what is no token") from error
+            raise NoToken(phrase("the server of users answers what is no token")) from error
 
 
 def message_of(body: bytes) -> str:
@@ -339,7 +344,9 @@ class Database:
                 url = self._redirected(url, answer.headers["location"])
         except (httpx.HTTPError, httpx.InvalidURL, NoToken) as error:
             self._fail(error)
-        raise SupervisorsNotReached(where=self.where, reason=f"it redirects more than {_MOST_REDIRECTS} times")
+        raise SupervisorsNotReached(
+            where=self.where, reason=phrase("it redirects more than {most} times", most=_MOST_REDIRECTS)
+        )
 
     def _redirected(self, url: str, location: str) -> str:
         """Return the target of a redirect; refuse one from https to http, which would expose the token."""
@@ -350,7 +357,12 @@ class Database:
 
     async def _refuse(self, answer: httpx.Response, asked: str) -> NoReturn:
         """Raise `SupervisorsNotReached` for an unsuccessful answer to the request `asked`."""
-        reason = f"it answers {asked} with {answer.status_code}: {message_of(await self._start_of(answer))}"
+        reason = phrase(
+            "it answers {request} with {status}: {message}",
+            request=asked,
+            status=answer.status_code,
+            message=message_of(await self._start_of(answer)),
+        )
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
 
     async def _start_of(self, answer: httpx.Response, most: int = _MOST_READ) -> bytes:
@@ -364,7 +376,7 @@ class Database:
 
     def _fail(self, error: Exception) -> NoReturn:
         """Raise `SupervisorsNotReached` for a request without an answer; secrets in the text of `error` are masked."""
-        reason = "it does not answer in time" if isinstance(error, httpx.TimeoutException) else str(error)
+        reason = phrase("it does not answer in time") if isinstance(error, httpx.TimeoutException) else str(error)
         raise SupervisorsNotReached(where=self.where, reason=self._plain(reason or type(error).__name__)) from None
 
     def _plain(self, text: str) -> str:

@@ -27,6 +27,7 @@ from urllib.parse import quote, urlsplit
 
 import httpx
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.database import NoToken, TokenSource, data_of, message_of, tls_context
 from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beat_with, beside, leaving, robot_path
@@ -94,7 +95,7 @@ class Documents:
                 found = [one["document"] for one in answers if "document" in one]
                 dated = [(_date(one["createTime"]), one["name"].rpartition("/")[2]) for one in found]
             except (KeyError, TypeError, ValueError) as error:
-                raise self.error("its answer cannot be read") from error
+                raise self.error(phrase("its answer cannot be read")) from error
         return [key for _, key in sorted(dated)]
 
     async def commit(self, *writes: dict[str, Any], needed: Path | None = None) -> bool:
@@ -107,7 +108,9 @@ class Documents:
         async with self._answer("POST", ":commit", {"writes": writes}, accepted) as answer:
             text = await _beginning(answer)  # a connection serves the next request after its answer is read to the end
         if answer.status_code == _FORBIDDEN and needed is not None and await self._exists(needed):
-            raise self.error(f"it answers {answer.status_code}: {message_of(text)}")
+            raise self.error(
+                phrase("it answers {status}: {message}", status=answer.status_code, message=message_of(text))
+            )
         return answer.is_success
 
     async def _exists(self, path: Path) -> bool:
@@ -127,9 +130,11 @@ class Documents:
             try:
                 return str(data_of(text)["writeResults"][0]["updateTime"])
             except (KeyError, IndexError, TypeError, ValueError) as error:
-                raise self.error("its answer cannot be read") from error
+                raise self.error(phrase("its answer cannot be read")) from error
         if answer.status_code == _INVALID and b"FAILED_PRECONDITION" not in text:
-            raise self.error(f"it answers {answer.status_code}: {message_of(text)}")
+            raise self.error(
+                phrase("it answers {status}: {message}", status=answer.status_code, message=message_of(text))
+            )
         return None
 
     def put(self, path: Path, data: Mapping[str, Any], time: str | None = None) -> dict[str, Any]:
@@ -167,7 +172,13 @@ class Documents:
                 await answer.aclose()
                 answer = await self._sent(method, path, body)
             if not answer.is_success and answer.status_code not in (_NOT_FOUND, *accepted):
-                raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
+                raise self.error(
+                    phrase(
+                        "it answers {status}: {message}",
+                        status=answer.status_code,
+                        message=message_of(await _beginning(answer)),
+                    )
+                )
             yield answer
         except (httpx.HTTPError, NoToken) as error:
             reason = "it does not answer in time" if isinstance(error, httpx.TimeoutException) else str(error)
@@ -186,7 +197,13 @@ class Documents:
     async def _read(self, answer: httpx.Response, longest: int = LONGEST_DOCUMENT) -> Any:
         """Return an answer as data; raises `ValueError` if it is longer than `longest` bytes or not JSON."""
         if answer.status_code == _NOT_FOUND:
-            raise self.error(f"it answers {answer.status_code}: {message_of(await _beginning(answer))}")
+            raise self.error(
+                phrase(
+                    "it answers {status}: {message}",
+                    status=answer.status_code,
+                    message=message_of(await _beginning(answer)),
+                )
+            )
         text = await _beginning(answer, longest)
         if len(text) > longest:
             raise ValueError("too long")
@@ -289,7 +306,9 @@ class Firestore:
                     yield channel
                 return
             if not isinstance(url, str) or urlsplit(where_of(url)).scheme not in {"http", "https"}:
-                raise documents.error(f"the database_url of robots/{robot} is not like https://NAME.firebaseio.com")
+                raise documents.error(
+                    phrase("the database_url of robots/{robot} is not like https://NAME.firebaseio.com", robot=robot)
+                )
             database = Rtdb(url, self._tokens, session=self._session)
             async with database.connected(robot, journal) as other:
                 self.default_command = self.default_command or database.default_command
@@ -327,7 +346,9 @@ class _FirestoreSession:
         try:
             found, self._date = await self._documents.read_dated(self._path)
         except (AttributeError, RecursionError, TypeError, ValueError) as error:
-            raise self._documents.error(f"the document {'/'.join(self._path)} cannot be read") from error
+            raise self._documents.error(
+                phrase("the document {path} cannot be read", path="/".join(self._path))
+            ) from error
         return found
 
     async def swap(self, data: Mapping[str, Any]) -> bool:
@@ -430,9 +451,9 @@ async def _identity(documents: Documents, path: tuple[str, ...]) -> dict[str, ob
     try:
         found = await documents.read(path)
     except (AttributeError, RecursionError, TypeError, ValueError) as error:
-        raise documents.error(f"the document {'/'.join(path)} cannot be read") from error
+        raise documents.error(phrase("the document {path} cannot be read", path="/".join(path))) from error
     if found is None:
-        raise documents.error(f"there is no document {'/'.join(path)}: write it, it may be empty")
+        raise documents.error(phrase("there is no document {path}: write it, it may be empty", path="/".join(path)))
     return found
 
 

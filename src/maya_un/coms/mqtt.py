@@ -27,6 +27,7 @@ from paho.mqtt.properties import Properties
 from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import InvalidValue, SessionTakenOver, SupervisorsNotReached
@@ -102,10 +103,14 @@ class BrokerClient(aiomqtt.Client):
         try:
             await self.publish(where, text, 1, retain, properties)
         except ValueError as error:
-            raise PublishRefused(f"no message can have the topic {where!r}: {error}") from error
+            raise PublishRefused(
+                phrase("no message can have the topic {where!r}: {error}", where=where, error=error)
+            ) from error
         answer = self._answer
         if answer is not None and answer.is_failure:
-            raise PublishRefused(f"it refuses messages on {where}: {answer.getName()}")
+            raise PublishRefused(
+                phrase("it refuses messages on {where}: {answer}", where=where, answer=answer.getName())
+            )
         return answer is None or answer.value != _NOBODY
 
     def _on_publish(self, client: Any, userdata: Any, mid: int, reason_code: ReasonCode, properties: Any) -> None:

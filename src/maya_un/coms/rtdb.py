@@ -25,6 +25,7 @@ from itertools import chain, islice
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.database import Database, FixedToken, ServerSentEvent, TokenSource, data_of, events
 from maya_un.coms.session import SessionClaims, SupervisorSession
@@ -58,7 +59,7 @@ _LIMIT = 1 << 31
 def robot_path(robot: str) -> tuple[str, ...]:
     """Return the path of a robot; raises `InvalidValue` for a name that is invalid as a key."""
     if not robot or not robot.isprintable() or set(robot) & _FORBIDDEN:
-        reason = "in a Realtime Database it must not be empty or contain . $ # [ ] or /"
+        reason = phrase("in a Realtime Database it must not be empty or contain . $ # [ ] or /")
         raise InvalidValue(key="NAME", value=robot, reason=reason)
     return ("robots", robot)
 
@@ -303,8 +304,8 @@ class _RtdbChannel:
 
 
 _ENDS = {
-    "cancel": "its rules no longer let this robot read its commands",
-    "auth_revoked": "the credential is no longer valid",
+    "cancel": phrase("its rules no longer let this robot read its commands"),
+    "auth_revoked": phrase("the credential is no longer valid"),
 }
 
 
@@ -312,10 +313,10 @@ def _check(url: str, where: str, credentials: TokenSource) -> None:
     """Raise `InvalidValue` for an address that contains credentials, or would expose them on the network."""
     parts = urlsplit(url)
     if "@" in parts.netloc or parse_qs(parts.query).keys() - {"ns"}:
-        reason = "it must hold no credentials: put them into MAYA_COMS_USER and MAYA_COMS_PASSWORD"
+        reason = phrase("it must hold no credentials: put them into MAYA_COMS_USER and MAYA_COMS_PASSWORD")
         raise InvalidValue(key="MAYA_COMS_URL", value=where, reason=reason)
     if credentials.secrets and parts.scheme == "http" and parts.hostname not in {"localhost", "127.0.0.1", "::1"}:
-        reason = "with credentials it must begin with https://"
+        reason = phrase("with credentials it must begin with https://")
         raise InvalidValue(key="MAYA_COMS_URL", value=where, reason=reason)
 
 

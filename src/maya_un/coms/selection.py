@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.settings import AgentSettings, where_of
 from maya_un.coms.transport import SupervisorTransport
 from maya_un.errors import InvalidValue
@@ -29,7 +30,7 @@ def transport_of(settings: AgentSettings) -> SupervisorTransport:
         from maya_un.coms.firestore import Firestore  # noqa: PLC0415
 
         return Firestore(settings.supervisors, _tokens_of(settings))
-    reason = (
+    reason = phrase(
         "it must be the address of the supervisors' server, like mqtt://localhost:1883 or https://NAME.firebaseio.com"
     )
     raise InvalidValue(key="MAYA_COMS_URL", value=where_of(settings.supervisors), reason=reason)
@@ -41,10 +42,10 @@ def broker_of(settings: AgentSettings, url: str | None = None) -> Broker:
 
     url = settings.supervisors if url is None else url
     if _scheme(url) not in {"mqtt", "mqtts"}:
-        reason = "it must be the address of an MQTT broker, like mqtt://localhost:1883"
+        reason = phrase("it must be the address of an MQTT broker, like mqtt://localhost:1883")
         raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
     if urlsplit(url).password is not None:  # every user of this computer can see a command line
-        reason = "it must hold no password: put that into MAYA_COMS_PASSWORD_FILE"
+        reason = phrase("it must hold no password: put that into MAYA_COMS_PASSWORD_FILE")
         raise InvalidValue(key="MAYA_COMS_URL", value=where_of(url), reason=reason)
     shown = Credentials(
         settings.user, settings.password, settings.authority, settings.certificate, settings.certificate_key
@@ -59,7 +60,7 @@ def _tokens_of(settings: AgentSettings) -> TokenSource:
     if not settings.user:
         return FixedToken(settings.password)
     if not settings.api_key:
-        reason = "MAYA_COMS_USER needs the API key of the Firebase project to sign in"
+        reason = phrase("MAYA_COMS_USER needs the API key of the Firebase project to sign in")
         raise InvalidValue(key="MAYA_COMS_API_KEY", value="", reason=reason)
     return FirebaseUser(settings.user, settings.password, settings.api_key)
 

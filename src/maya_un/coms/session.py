@@ -18,6 +18,7 @@ from collections.abc import Collection, Mapping, Set
 from typing import Any, Protocol
 from uuid import uuid4
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import SessionTakenOver, StepTakenElsewhere, SupervisorsNotReached
 from maya_un.http import dates
@@ -162,7 +163,7 @@ class SessionClaims:
 
 
 def _contested(entry: SessionRecord) -> SupervisorsNotReached:
-    reason = "another program changes the robot's session all the time, so no command can be claimed"
+    reason = phrase("another program changes the robot's session all the time, so no command can be claimed")
     return SupervisorsNotReached(where=entry.where, reason=reason)
 
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import urlsplit, urlunsplit
 
+from dmc41x3.i18n import phrase
 from maya_un.credentials import kept_in
 from maya_un.errors import InvalidValue
 from maya_un.namespace import robot_name
@@ -96,6 +97,6 @@ def _port(text: str) -> int:
 def _secret(key: str, place: Path) -> str:
     found = kept_in(place)
     if not found:
-        reason = "it must be a file of yours with one line that others cannot read (chmod 600)"
+        reason = phrase("it must be a file of yours with one line that others cannot read (chmod 600)")
         raise InvalidValue(key=key, value=str(place), reason=reason)
     return found

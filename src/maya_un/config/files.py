@@ -15,6 +15,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from dmc41x3.files import sync_folder, writable_place
+from dmc41x3.i18n import phrase
 from maya_un.config.model import KINDS, Config, Flaw, flaws
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
@@ -39,7 +40,7 @@ def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
             return {}
         raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
     except (ValueError, RecursionError) as error:  # broken TOML, broken UTF-8, numbers and nesting beyond all bounds
-        raise FileUnreadable(path=place, reason=f"it is not TOML: {error}") from error
+        raise FileUnreadable(path=place, reason=phrase("it is not TOML: {error}", error=error)) from error
 
 
 def parse(keys: dict[str, Any]) -> Config:
@@ -118,7 +119,7 @@ def _meaning(field: FieldInfo) -> str:
 
 def shown(value: object) -> str:
     """Return a refused value for a sentence; whole tables are too long for one."""
-    return "(a table)" if isinstance(value, dict) else json.dumps(value, default=str, ensure_ascii=False)
+    return phrase("(a table)") if isinstance(value, dict) else json.dumps(value, default=str, ensure_ascii=False)
 
 
 def text_of(path: Path) -> str:
@@ -172,7 +173,7 @@ def _merge(table: MutableMapping[str, Any], changes: Mapping[str, Any]) -> None:
                 table[name] = tomlkit.table(is_super_table=only_tables)
             below = table[name]
             if not isinstance(below, MutableMapping):
-                raise ValueError(f"{name} is no table")
+                raise ValueError(phrase("{name} is no table", name=name))
             _merge(cast("MutableMapping[str, Any]", below), value)
 
 
@@ -188,7 +189,7 @@ def written(path: Path) -> Mapping[str, Any]:
     try:
         return tomllib.loads(text_of(path))
     except ValueError as error:
-        raise FileUnreadable(path=path, reason=f"it is not TOML: {error}") from error
+        raise FileUnreadable(path=path, reason=phrase("it is not TOML: {error}", error=error)) from error
 
 
 @contextmanager

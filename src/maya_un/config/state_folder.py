@@ -7,6 +7,7 @@ import stat
 from pathlib import Path
 
 from dmc41x3.files import unwritable
+from dmc41x3.i18n import phrase
 from maya_un.errors import FileUnwritable
 from maya_un.namespace import own
 
@@ -34,7 +35,9 @@ def own_state_folder() -> Path:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = place.stat()
         if found.st_mode & stat.S_IWOTH:
-            reason = "everybody may write to this folder and so change the queue; set its permissions with `chmod 700`"
+            reason = phrase(
+                "everybody may write to this folder and so change the queue; set its permissions with `chmod 700`"
+            )
             raise FileUnwritable(path=place, reason=reason)
         if found.st_uid == os.getuid() and found.st_mode & 0o077:
             place.chmod(0o700)

@@ -15,6 +15,7 @@ import asyncio
 from math import inf
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.record import DataRecord
 from maya_un.controller import state_builder
@@ -139,7 +140,7 @@ class Pacing:
 
 def _require_ratio(key: str, ratio: float) -> None:
     if not SLOWEST <= ratio <= 1.0:
-        raise InvalidValue(key=key, value=ratio, reason=f"it is at least {SLOWEST:g} and at most 1")
+        raise InvalidValue(key=key, value=ratio, reason=phrase("it is at least {least:g} and at most 1", least=SLOWEST))
 
 
 LATE = 1.0
@@ -172,7 +173,13 @@ class Execution:
         monitor, move = self._monitor, plan.move
         assert move is not None
         if move.start != monitor.standing():  # segments are relative: the proof holds only for this start
-            raise TrajectoryRefused(reason=f"it starts at counts {move.start}, the axes are at {monitor.standing()}")
+            raise TrajectoryRefused(
+                reason=phrase(
+                    "it starts at counts {start}, the axes are at {position}",
+                    start=move.start,
+                    position=monitor.standing(),
+                )
+            )
         ratio = monitor.pace.ratio
         await self._lookout.wake_guard(driver)
         limits = monitor.torque.travel(self._members(move), plan.knots)
@@ -246,7 +253,7 @@ class Execution:
             if not self._monitor.moving():
                 return record
             if now > run.acknowledged + 1.05 * (run.end - run.began) + LATE:
-                raise EndNotReached(axis="a, b or c", distance="an unknown way, still moving,")
+                raise EndNotReached(axis=phrase("a, b or c"), distance="an unknown way, still moving,")
 
     def _due(self, run: MotionRun) -> float:
         """Return the loop time of the next action [s]: a via, the end, or the next poll in a pause or after the end."""
@@ -273,4 +280,4 @@ class Execution:
                 self._monitor.displace(changed)
                 raise changed
             if away > self._monitor.config.axes[i].error_limit_counts // 4:
-                raise EndNotReached(axis=AXES[i], distance=f"{away} counts")
+                raise EndNotReached(axis=AXES[i], distance=phrase("{away:d} counts", away=away))

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from math import sqrt
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
@@ -91,7 +92,7 @@ class HomingRun:
         look = await self._seek.survey()
         if look.reverse[B] and look.reverse[C]:
             liar = await self._liar()
-            raise self._seek.contradiction(liar, REVERSE, "lines b and c cannot both be at their short ends")
+            raise self._seek.contradiction(liar, REVERSE, phrase("lines b and c cannot both be at their short ends"))
         try:
             return await self._sequence()
         except Stall as stall:
@@ -145,7 +146,7 @@ class HomingRun:
         """Shorten both lines until the torque shows that they are nearly straight, or a line is at its short end."""
         load, look = await self._probe()
         if 0.0 < load < LEAST and not (look.reverse[B] or look.reverse[C]):
-            reason = "the torque read is too small for a hanging load, see homing.torque_per_load"
+            reason = phrase("the torque read is too small for a hanging load, see homing.torque_per_load")
             raise HomingStalled(axis=AXES[B], reason=reason)
         while load < ENOUGH and not (look.reverse[B] or look.reverse[C]):
             step = _safe_step(load)
@@ -156,7 +157,7 @@ class HomingRun:
             return
         for axis in (B, C):
             if look.forward[axis]:
-                raise self._seek.contradiction(axis, FORWARD, "a line at its long end cannot be that tight")
+                raise self._seek.contradiction(axis, FORWARD, phrase("a line at its long end cannot be that tight"))
         await self._seek.go({B: RELAX, C: RELAX}, self._speed)
 
     async def _probe(self) -> tuple[float, AxesReading]:
@@ -233,7 +234,7 @@ class HomingRun:
             {axis: RELEASE_WITHIN[axis]}, 4.0 * speed, poll=0.1, until=lambda look: not look.reverse[axis]
         )
         if released.reverse[axis]:
-            raise self._seek.contradiction(axis, REVERSE, "it stays active though the axis has left it")
+            raise self._seek.contradiction(axis, REVERSE, phrase("it stays active though the axis has left it"))
         await self._seek.go({axis: CLEAR[axis]}, 4.0 * speed)
         lag = 0
 
@@ -292,7 +293,7 @@ class HomingRun:
 
         A switch that turns active while its axis leaves it raises `WiringContradictsCn` on the way.
         """
-        error = self._seek.stalled(stall, "it pushes against something and no switch is active")
+        error = self._seek.stalled(stall, phrase("it pushes against something and no switch is active"))
         if isinstance(error, HomingStalled):
             way = BACK[stall.axis] * 2.0
             for side, direction in ((FORWARD, way), (REVERSE, -way)):
@@ -320,4 +321,4 @@ def _safe_step(load: float) -> float:
 
 
 def _shown(axis: int, value: float) -> str:
-    return f"{value * 57.29577951308232:.1f} deg" if axis == A else f"{value * 1000.0:.1f} mm"
+    return phrase("{angle} deg", angle=f"{value * 57.29577951308232:.1f}") if axis == A else f"{value * 1000.0:.1f} mm"

@@ -24,6 +24,7 @@ from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 import numpy as np
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import state_builder
@@ -254,7 +255,7 @@ class PositionReckoner:
     def shown(self, axis: int, counts: float) -> str:
         """Return a distance in counts of an axis (0 to 2) as text."""
         way = abs(counts) / self._units.per_unit[axis]
-        return f"{way * 57.29577951308232:.2f} deg" if axis == 0 else f"{way * 1000.0:.2f} mm"
+        return phrase("{angle} deg", angle=f"{way * 57.29577951308232:.2f}") if axis == 0 else f"{way * 1000.0:.2f} mm"
 
     def astray(self, path: Polyline, here: Counts) -> PositionChanged | None:
         """Return the error for a reference `here` that is not on `path` [counts]."""

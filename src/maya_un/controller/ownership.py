@@ -24,6 +24,7 @@ from collections.abc import Awaitable, Callable
 from typing import NamedTuple
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.numbers import parse_number
 from maya_un.controller.seek import brake
@@ -153,8 +154,8 @@ class Ownership:
             names = await driver.batch([f"MG {name}{{S{_CHARACTERS}}}" for name in _NAMES])
             (process,) = await _numbers(driver, _PROCESS)
         except CommandRejected:
-            return "an unnamed program"
-        return f"{''.join(names).strip()} (process {process})"
+            return phrase("an unnamed program")
+        return _named("".join(names).strip(), process)
 
     async def successor(self, driver: Driver) -> str:
         """Return the name of the program that took the controller over, "" without an owner.
@@ -163,7 +164,7 @@ class Ownership:
         program's name, and the result is "not yet named".
         """
         holder = await self.holder(driver)
-        return "not yet named" if holder == f"{_written(_own_name())} (process {os.getpid()})" else holder
+        return phrase("not yet named") if holder == _named(_written(_own_name()), os.getpid()) else holder
 
     async def sign(self, driver: Driver) -> bool:
         """Write this program's name and connection into the controller if it is the owner; return whether it is.
@@ -282,6 +283,11 @@ def _own_name() -> str:
 def _written(name: str) -> str:
     """Return a name in the characters and length that the controller can store."""
     return "".join(character if " " < character <= "~" else "-" for character in name)[: _CHARACTERS * len(_NAMES)]
+
+
+def _named(name: str, process: int) -> str:
+    """Return a program for display."""
+    return phrase("{name} (process {number})", name=name, number=process)
 
 
 def _packed(name: str) -> list[str]:

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.protocol import Inspection, Preview, inspect
@@ -136,20 +137,33 @@ class Planner:
         path = self._path(route)
         for axis, start, place, tolerance in zip(AXES, path.start(self._mechanism), here, START_TOLERANCE, strict=True):
             if not abs(start - place) <= tolerance:
-                raise TrajectoryRefused(reason=f"it starts at {axis} = {start:.4f}, the robot is at {place:.4f}")
+                reason = phrase(
+                    "it starts at {axis} = {start:.4f}, the robot is at {place:.4f}",
+                    axis=axis,
+                    start=start,
+                    place=place,
+                )
+                raise TrajectoryRefused(reason=reason)
         return path.begun_at(self._mechanism, here)
 
     @staticmethod
     def _path(route: Route) -> Path:
         path = route if isinstance(route, Path) else Path.joints(*route)
         if len(path.waypoints) > MOST_SEGMENTS:
-            raise _too_long(f"it has {len(path.waypoints)} points")
+            reason = phrase(
+                "it has {count} points, the controller's buffer holds {most} segments",
+                count=len(path.waypoints),
+                most=MOST_SEGMENTS,
+            )
+            raise TrajectoryRefused(reason=reason)
         return path
 
     @staticmethod
     def _speed(speed: float) -> float:
         if not LEAST_SPEED <= speed <= 1.0:
-            raise InvalidValue(key="speed", value=speed, reason=f"it must lie from {LEAST_SPEED:g} to 1")
+            raise InvalidValue(
+                key="speed", value=speed, reason=phrase("it must lie from {least:g} to 1", least=LEAST_SPEED)
+            )
         return speed
 
     def _plan(self, workspace: Workspace, path: Path, speed: float) -> MotionPlan:
@@ -162,7 +176,12 @@ class Planner:
             needed = 0 if plan.move is None else len(plan.move.segments)
             if needed <= MOST_SEGMENTS:
                 return plan
-        raise _too_long(f"it needs {needed} segments")
+        reason = phrase(
+            "it needs {needed} segments, the controller's buffer holds {most} segments",
+            needed=needed,
+            most=MOST_SEGMENTS,
+        )
+        raise TrajectoryRefused(reason=reason)
 
     def _lay(self, path: Path, coarseness: float) -> tuple[Knots, Floats]:
         """Return the knots of a path, and the same as joints (n, 3) [rad, m, m]."""
@@ -223,10 +242,6 @@ class Planner:
 
 def _text(path: Path) -> str:
     return "(" + ", ".join(f"{value:.4f}" for value in path.waypoints[-1]) + ")"
-
-
-def _too_long(what: str) -> TrajectoryRefused:
-    return TrajectoryRefused(reason=f"{what}, the controller's buffer holds {MOST_SEGMENTS} segments")
 
 
 MARGIN = 5e-4

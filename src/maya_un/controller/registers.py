@@ -28,6 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.language.numbers import parse_number
 from dmc41x3.wire.transport import Transport
@@ -199,7 +200,7 @@ async def identify(driver: Driver, address: str) -> str:
     firmware = await driver.send("\x12\x16")
     family = firmware.startswith("DMC41") and len(firmware) > 6 and firmware[6] == "3"
     if not family or not firmware[5].isdigit() or int(firmware[5]) < 3:
-        raise WrongController(address=address, found=firmware or "silent")
+        raise WrongController(address=address, found=firmware or phrase("silent"))
     return firmware
 
 

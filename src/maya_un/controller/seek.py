@@ -14,6 +14,7 @@ from math import hypot, sqrt
 import numpy as np
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
 from maya_un.controller import monitor, registers, state_builder
@@ -135,7 +136,7 @@ class Seeker:
         look = await self.look()
         for axis in range(3):
             if look.forward[axis] and look.reverse[axis]:
-                raise self.contradiction(axis, "forward and reverse", "both ends read active at once")
+                raise self.contradiction(axis, "forward and reverse", phrase("both ends read active at once"))
         self._claimed = {
             (axis, side): look.counts[axis] for axis in range(3) for side in (FORWARD, REVERSE) if look.at(axis, side)
         }
@@ -169,7 +170,7 @@ class Seeker:
         for axis, count in counts.items():
             ahead = FORWARD if count > 0 else REVERSE
             if before.at(axis, ahead):
-                raise self.contradiction(axis, ahead, "it reads active where the axis cannot be at that end")
+                raise self.contradiction(axis, ahead, phrase("it reads active where the axis cannot be at that end"))
         end = self._clock() + await self._begin(counts, speed)
         path = _path(before, counts)
         halted = False
@@ -281,7 +282,7 @@ class Seeker:
             leaving = REVERSE if count > 0 else FORWARD
             if look.at(axis, leaving) and not before.at(axis, leaving):
                 await self.settle()
-                raise self.contradiction(axis, leaving, "it turned active while the axis was leaving it")
+                raise self.contradiction(axis, leaving, phrase("it turned active while the axis was leaving it"))
             start = self._claimed.get((axis, leaving))
             if start is None:
                 continue
@@ -289,7 +290,7 @@ class Seeker:
                 del self._claimed[axis, leaving]
             elif abs(look.counts[axis] - start) > RELEASE_WITHIN[axis] * self._units.per_unit[axis]:
                 await self.settle()
-                raise self.contradiction(axis, leaving, "it stays active though the axis has left it")
+                raise self.contradiction(axis, leaving, phrase("it stays active though the axis has left it"))
         for axis in counts:
             if abs(look.error[axis]) * 2 > self._config.axes[axis].error_limit_counts:
                 await self.settle()
@@ -313,7 +314,9 @@ class Seeker:
         """Return the error for a stalled axis: its wiring if a switch that read active never released."""
         for axis, side in self._claimed:
             if axis == stall.axis:
-                return self.contradiction(axis, side, "it reads active, yet the axis stands against its other end")
+                return self.contradiction(
+                    axis, side, phrase("it reads active, yet the axis stands against its other end")
+                )
         return HomingStalled(axis=AXES[stall.axis], reason=reason)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from dmc41x3.i18n import phrase
 from dmc41x3.language.codes import STOP_TEXTS
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import DataRecord
@@ -77,7 +78,7 @@ def cause(record: DataRecord, order: Order, members: Sequence[int]) -> MayaError
     axes = [(AXES[i], record.axes[order[i]]) for i in members]
     for name, axis in axes:
         if axis.stop_code not in NORMAL_ENDS and axis.stop_code != _ST:
-            reason = STOP_TEXTS.get(axis.stop_code, "unknown code")
+            reason = STOP_TEXTS.get(axis.stop_code, phrase("unknown code"))
             return UnexpectedStop(axis=name, stop_code=axis.stop_code, reason=reason)
     for name, axis in axes:
         if axis.motor_off:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.numbers import parse_number
 from maya_un.controller import watchdog_program
 from maya_un.controller.ownership import LOOK, SILENT, Moving, Ownership
@@ -101,7 +102,9 @@ class Watchdog:
             await self._provide(driver)
             if not (await self._look(driver)).running:
                 if await driver.value(f"_XQ{THREAD}") >= 0.0:
-                    raise GuardBlocked(reason=f"thread {THREAD} runs something else: halt it with HX {THREAD}")
+                    raise GuardBlocked(
+                        reason=phrase("thread {thread} runs something else: halt it with HX {thread}", thread=THREAD)
+                    )
                 await driver.batch([*self.owner.arm, f"XQ#{START},{THREAD}"])
         await driver.subscribe()
         await self._prove(driver, self.owner.arm)
@@ -175,10 +178,12 @@ class Watchdog:
         try:
             await driver.download(program, keep=keep)
         except InvalidValue as error:
-            raise GuardBlocked(reason=f"the two together are too much ({error})") from error
+            raise GuardBlocked(reason=phrase("the two together are too much ({error})", error=error)) from error
         except CommandRejected as refused:
             if refused.details["tc"] != _PROGRAM_RUNS:
-                raise GuardBlocked(reason=f"the controller refused its lines ({refused})") from refused
+                raise GuardBlocked(
+                    reason=phrase("the controller refused its lines ({refused})", refused=refused)
+                ) from refused
             raise GuardBlocked(reason="it runs, and a running program cannot be added to: halt it with HX") from refused
 
     async def _prove(self, driver: Driver, commands: Sequence[str]) -> None:

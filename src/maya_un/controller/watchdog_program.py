@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import GuardBlocked
 
 THREAD = 7
@@ -93,13 +94,23 @@ def merged(program: str, seconds: float, letters: str = "ABC") -> str:
     labels = {found[1] for line in lines if (found := _LABEL.match(line))}
     for label in labels:
         if label.startswith("MAYA"):
-            raise GuardBlocked(reason=f"its label #{label} belongs to the guard: give it another name")
+            raise GuardBlocked(
+                reason=phrase("its label #{label} belongs to the guard: give it another name", label=label)
+            )
     if _THREAD_TAKEN.search(users):
-        raise GuardBlocked(reason=f"it starts thread {THREAD}, which is the guard's: take another thread")
+        raise GuardBlocked(
+            reason=phrase("it starts thread {thread}, which is the guard's: take another thread", thread=THREAD)
+        )
     for label in sorted(labels & _CALLS.keys()):
         if not _calls(lines, label):
             call = _CALLS[label]
-            raise GuardBlocked(reason=f"its #{label} hides faults from the host: add the line {call} below #{label}")
+            raise GuardBlocked(
+                reason=phrase(
+                    "its #{label} hides faults from the host: add the line {call} below #{label}",
+                    label=label,
+                    call=call,
+                )
+            )
     return _joined([*lines, *text(seconds, letters, reports=frozenset(_CALLS) - labels)])
 
 
@@ -126,7 +137,7 @@ def _place(lines: list[str]) -> range | None:
             return range(first, first + len(guard))
         if "\n".join(guard).startswith("\n".join(found)):
             return range(first, len(lines))
-    raise GuardBlocked(reason=f"its guard was changed: take its lines out, the first is {found[0]}")
+    raise GuardBlocked(reason=phrase("its guard was changed: take its lines out, the first is {line}", line=found[0]))
 
 
 def _forms(seconds: float, letters: str) -> list[list[str]]:

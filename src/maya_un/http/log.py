@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from dmc41x3.files import private_opener
+from dmc41x3.i18n import phrase
 from maya_un.config.state_folder import own_state_folder, state_folder
 from maya_un.errors import InternalError, MayaError
 from maya_un.events import DECLARED, Event
@@ -240,5 +241,12 @@ def written_down(error: BaseException) -> InternalError:
     summary = f"{type(error).__name__}: {error}"
     refusal = note_defect(error)
     if refusal:
-        return InternalError(reason=f"{summary}; the log {log_path()} cannot be written: {refusal}")
-    return InternalError(reason=f"{summary}; log: {log_path()}")
+        return InternalError(
+            reason=phrase(
+                "{summary}; the log {path} cannot be written: {refusal}",
+                summary=summary,
+                path=log_path(),
+                refusal=refusal,
+            )
+        )
+    return InternalError(reason=phrase("{summary}; log: {path}", summary=summary, path=log_path()))

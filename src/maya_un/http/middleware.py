@@ -23,6 +23,7 @@ from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from dmc41x3.i18n import phrase
 from maya_un import __version__
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, TooManyRequests
 from maya_un.http.connections import is_local, source_of
@@ -118,13 +119,13 @@ class OriginPolicy:
         """
         host = _split(f"//{headers.get('host', '')}")
         if host is None or not self._is_ours(host.hostname or ""):
-            reason = "it is not a name of this machine's loopback"
+            reason = phrase("it is not a name of this machine's loopback")
             if self.remote:
-                reason = "it is no name of this robot; `maya up --origin URL` adds one"
+                reason = phrase("it is no name of this robot; `maya up --origin URL` adds one")
             return InvalidRequest(key="Host", reason=reason)
         origin = headers.get("origin")
         if origin is not None and not self._may_command(origin, host):
-            reason = "pages of another address or port may not use the robot; `maya up --origin URL` allows one"
+            reason = phrase("pages of another address or port may not use the robot; `maya up --origin URL` allows one")
             return InvalidRequest(key="Origin", reason=reason)
         return None
 
@@ -326,11 +327,13 @@ class RequestGuard:
         except _GoneError:
             return
         except TimeoutError:
-            slow = InvalidRequest(key="body", reason=f"it did not arrive within {BODY_PATIENCE:g} s")
+            slow = InvalidRequest(
+                key="body", reason=phrase("it did not arrive within {seconds:g} s", seconds=BODY_PATIENCE)
+            )
             await problem(slow, language, HTTPStatus.REQUEST_TIMEOUT)(scope, receive, send)
             return
         if body is None:
-            too_long = InvalidRequest(key="body", reason=f"it is longer than {most} bytes")
+            too_long = InvalidRequest(key="body", reason=phrase("it is longer than {most} bytes", most=most))
             await problem(too_long, language, HTTPStatus.REQUEST_ENTITY_TOO_LARGE)(scope, receive, send)
             return
         if scope["method"] == "HEAD":

@@ -8,6 +8,7 @@ from typing import Annotated, TypeVar
 
 from fastapi import Depends, Request
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import Cancelled, InvalidRequest, MayaError
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, caller_of
@@ -124,7 +125,9 @@ def _subject(request: Request) -> str:
 def _refuse_unknown(request: Request, rule: RouteRule) -> None:
     for key in request.query_params:
         if key not in rule.query:
-            raise InvalidRequest(key=f"query.{key}", reason=f"known here: {', '.join(rule.query) or 'none'}")
+            raise InvalidRequest(
+                key=f"query.{key}", reason=phrase("known here: {names}", names=", ".join(rule.query) or "none")
+            )
 
 
 Ask = Annotated[RequestContext, Depends(_asking)]

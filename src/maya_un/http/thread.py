@@ -20,6 +20,7 @@ from pathlib import Path
 import uvicorn
 from starlette.types import ASGIApp
 
+from dmc41x3.i18n import phrase
 from dmc41x3.listening import DescriptorShare, DescriptorShares, Listener, Refusals
 from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
 from maya_un.http.log import hand_over
@@ -113,7 +114,7 @@ def tls_of(certificate: Path, key: Path) -> ssl.SSLContext:
 
 def _refused() -> str:
     """Refuse an encrypted key: no one can enter a password when a service starts."""
-    raise ValueError("the key needs a password; keep one without, readable for this user only")
+    raise ValueError(phrase("the key needs a password; keep one without, readable for this user only"))
 
 
 __all__ = ["LOOPBACK", "bound_socket", "served"]

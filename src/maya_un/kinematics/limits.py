@@ -7,6 +7,7 @@ from enum import StrEnum
 from math import degrees
 from typing import NamedTuple
 
+from dmc41x3.i18n import PHRASE, marked, phrase
 from maya_un.values import WITHIN, Joints
 
 Stroke = tuple[float, float]
@@ -114,58 +115,85 @@ class ReasonBounds:
     def _words(self, limit: Limit, excess: float, joints: Joints) -> str:
         match limit:
             case Limit.BOOM:
-                side = _side(joints.a, self.boom, "below its minimum", "above its maximum")
-                return f"the boom would have to turn to {degrees(joints.a):z.1f}°, {_digits(degrees(excess))}° {side}"
+                return _boom_words(excess, joints.a, self.boom)
             case Limit.LINE_B:
                 return _line_words("b", excess, joints.b, self.line_b)
             case Limit.LINE_C:
                 return _line_words("c", excess, joints.c, self.line_c)
             case Limit.TENSION_B | Limit.TENSION_C:
                 pull = self.tension_limit + excess
-                return (
-                    f"line {limit[-1]} would carry {_digits(pull)} times the load; "
-                    f"the limit is {self.tension_limit:g} times the load"
+                return phrase(
+                    "line {line} would carry {pull} times the load; the limit is {limit:g} times the load",
+                    line=limit[-1],
+                    pull=_digits(pull),
+                    limit=self.tension_limit,
                 )
             case _:
-                return _WORDS[limit].format(length_text(excess))
+                return _WORDS[limit].format(length=length_text(excess))
 
 
 def no_number() -> Reason:
     """Return the reason for coordinates that are not finite, or out of range."""
-    return Reason(Limit.NUMBER, 0.0, "m", f"it is not a place: for every coordinate, {WITHIN}")
+    return Reason(Limit.NUMBER, 0.0, "m", phrase("it is not a place: for every coordinate, {within}", within=WITHIN))
 
 
 def above_anchors(height: float) -> Reason:
     """Return the reason for a place whose lines would have to meet `height` [m] above the anchors."""
-    return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(length_text(height)))
+    return Reason(Limit.ANCHORS, height, "m", _WORDS[Limit.ANCHORS].format(length=length_text(height)))
 
 
 def in_zone(name: str, margin: float, clearance: float) -> Reason:
     """Return the reason for a place whose `clearance` of a zone with this `margin` [m] is negative."""
     distance = margin + clearance
     if distance >= 0.0:
-        where = f"{length_text(distance)} from zone {name}, whose margin is {length_text(margin)}"
+        text = phrase(
+            "the gripper or a line would be {distance} from zone {name}, whose margin is {margin}",
+            distance=length_text(distance),
+            name=name,
+            margin=length_text(margin),
+        )
     else:
-        where = f"{length_text(-distance)} inside zone {name}"
-    return Reason(Limit.ZONE, -clearance, "m", f"the gripper or a line would be {where}", name)
+        text = phrase(
+            "the gripper or a line would be {distance} inside zone {name}", distance=length_text(-distance), name=name
+        )
+    return Reason(Limit.ZONE, -clearance, "m", text, name)
 
 
 _WORDS = {
-    Limit.COUPLING: "lines b and c together are {} too short to meet",
-    Limit.ANCHORS: "its lines would have to meet {} above their anchors",
-    Limit.INNER: "it lies {} nearer to the boom's axis than the inner anchor, so line c would be slack",
-    Limit.OUTER: "it lies {} farther from the boom's axis than the outer anchor, so line b would be slack",
-    Limit.FLOOR: "it lies {} below the table top",
+    Limit.COUPLING: marked("lines b and c together are {length} too short to meet", PHRASE),
+    Limit.ANCHORS: marked("its lines would have to meet {length} above their anchors", PHRASE),
+    Limit.INNER: marked(
+        "it lies {length} nearer to the boom's axis than the inner anchor, so line c would be slack", PHRASE
+    ),
+    Limit.OUTER: marked(
+        "it lies {length} farther from the boom's axis than the outer anchor, so line b would be slack", PHRASE
+    ),
+    Limit.FLOOR: marked("it lies {length} below the table top", PHRASE),
 }
 
 
+def _boom_words(excess: float, angle: float, stroke: Stroke) -> str:
+    turned, beyond = f"{degrees(angle):z.1f}°", f"{_digits(degrees(excess))}°"
+    if angle < stroke[0]:
+        return phrase("the boom would have to turn to {angle}, {excess} below its minimum", angle=turned, excess=beyond)
+    return phrase("the boom would have to turn to {angle}, {excess} above its maximum", angle=turned, excess=beyond)
+
+
 def _line_words(line: str, excess: float, length: float, stroke: Stroke) -> str:
-    side = _side(length, stroke, "shorter than its minimum", "longer than its maximum")
-    return f"line {line} would have to be {length_text(length)} long, {length_text(excess)} {side}"
-
-
-def _side(value: float, stroke: Stroke, below: str, above: str) -> str:
-    return below if value < stroke[0] else above
+    own, beyond = length_text(length), length_text(excess)
+    if length < stroke[0]:
+        return phrase(
+            "line {line} would have to be {length} long, {excess} shorter than its minimum",
+            line=line,
+            length=own,
+            excess=beyond,
+        )
+    return phrase(
+        "line {line} would have to be {length} long, {excess} longer than its maximum",
+        line=line,
+        length=own,
+        excess=beyond,
+    )
 
 
 def length_text(length: float) -> str:

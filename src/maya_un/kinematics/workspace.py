@@ -23,6 +23,7 @@ from math import atan2, cos, degrees, dist, floor, hypot, inf, pi, sin, sqrt, ta
 import numpy as np
 from numpy.typing import NDArray
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics.limits import (
@@ -203,7 +204,7 @@ class Workspace(Ranges):
         zones = tuple(map(zone_of, config.zones))
         workspace = cls(Mechanism.of(config), boom, line_b, line_c, limit, grain, zones)
         if workspace.section.shrunk(_INSETS[-1]).is_empty():
-            reason = "with these lengths and strokes no place keeps it, so nothing is reachable"
+            reason = phrase("with these lengths and strokes no place keeps it, so nothing is reachable")
             raise InvalidConfig(key="safety.tension_limit", value=limit, reason=reason)
         return workspace
 
@@ -473,7 +474,7 @@ def _inside(value: float, stroke: Stroke) -> float:
 
 
 def _nothing_left(target: Point) -> Unreachable:
-    reason = "the zones leave no place that can be reached"
+    reason = phrase("the zones leave no place that can be reached")
     return Unreachable(target=_text(target), reason=reason, nearest="none; remove a zone first")
 
 

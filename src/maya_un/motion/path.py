@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Units
 from maya_un.errors import InvalidValue, TrajectoryRefused
 from maya_un.kinematics import Floats, Mechanism
@@ -89,7 +90,9 @@ class Path:
             if not all(abs(value) <= FARTHEST for value in waypoint):
                 raise InvalidValue(key="target", value=tuple(waypoint), reason=WITHIN)
         if self.blends and len(self.blends) != len(self.waypoints) - 2:
-            reason = f"it must hold one for each of the {len(self.waypoints) - 2} waypoints between the ends"
+            reason = phrase(
+                "it must hold one for each of the {count} waypoints between the ends", count=len(self.waypoints) - 2
+            )
             raise InvalidValue(key="blends", value=len(self.blends), reason=reason)
         for blend in self.blends:
             lengths, shares = blend[:2], blend[2:]

@@ -36,6 +36,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import PathRefused
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import TOLERANCE, Workspace
@@ -280,7 +281,7 @@ def _prove_limits(workspace: Workspace, joints: Floats, waypoints: list[int]) ->
     if broken:
         first, last = _leg(waypoints, broken[0])
         knots = joints[first : last + 1]
-        raise _refusal(workspace, knots, _worst(workspace, knots), "it comes too close to a limit for a proof")
+        raise _refusal(workspace, knots, _worst(workspace, knots), phrase("it comes too close to a limit for a proof"))
 
 
 def _surely_inside(workspace: Workspace, joints: Floats, coefficients: Floats) -> bool:
@@ -301,12 +302,12 @@ def _prove_knots(workspace: Workspace, joints: Floats, coefficients: Floats, way
         if waypoint in outside:
             workspace.require(_at(joints, waypoint))
     if 0 in outside:
-        reason = f"it starts outside the workspace: {workspace.why_not(_at(joints, 0))}"
+        reason = phrase("it starts outside the workspace: {reason}", reason=workspace.why_not(_at(joints, 0)))
         raise PathRefused(target=_words(workspace, _at(joints, -1)), reason=reason)
     if outside:
         first, last = _leg(waypoints, min(outside) - 1)
         knots = joints[first : last + 1]
-        raise _refusal(workspace, knots, _worst(workspace, knots), "it leaves the workspace")
+        raise _refusal(workspace, knots, _worst(workspace, knots), phrase("it leaves the workspace"))
 
 
 def _outside(workspace: Workspace, joints: Floats, coefficients: Floats) -> set[int]:
@@ -325,14 +326,14 @@ def _kept_out(workspace: Workspace, joints: Floats, waypoints: list[int], entry:
     zone, place = entry
     inside = {at for at in waypoints if zone.clearance(workspace.mechanism, _at(joints, at)) < -workspace.zone_grain}
     if 0 in inside:
-        reason = f"it starts too near to the zone {zone.name}; remove the zone to leave it"
+        reason = phrase("it starts too near to the zone {name}; remove the zone to leave it", name=zone.name)
         return PathRefused(target=_words(workspace, _at(joints, -1)), reason=reason)
     for waypoint in sorted(inside):
         workspace.require(_at(joints, waypoint))
     first, last = _leg(waypoints, place.chord)
     knots = joints[first : last + 1]
     deepest = _deepest(workspace, zone, knots)
-    return _refusal(workspace, knots, deepest, f"it comes too near to the zone {zone.name}")
+    return _refusal(workspace, knots, deepest, phrase("it comes too near to the zone {name}", name=zone.name))
 
 
 def _leg(waypoints: list[int], chord: int) -> tuple[int, int]:
@@ -351,7 +352,7 @@ def _refusal(workspace: Workspace, knots: Floats, place: ChordPlace, otherwise: 
     share = _gone(workspace, knots, place)
     return PathRefused(
         target=_words(workspace, _at(knots, -1)),
-        reason=f"{share:.0%} of the way there {reason}",
+        reason=phrase("{share:.0%} of the way there {reason}", share=share, reason=reason),
         at=tuple(at),
         share=share,
     )

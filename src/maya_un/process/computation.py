@@ -16,6 +16,7 @@ from functools import lru_cache
 from math import inf
 from typing import Any, NamedTuple, Protocol, TypeVar
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.controller.protocol import Closest, Controller, Inspection
 from maya_un.errors import (
@@ -161,7 +162,7 @@ def inspect_tasks(
         for detail in details:
             found.add(task.index, detail)
         if len(found.inspections) * samples > most:
-            raise TooLarge(most=f"{most} samples")
+            raise TooLarge(most=phrase("{most:d} samples", most=most))
         yield
     return JobInspection(
         preview,
@@ -261,7 +262,8 @@ def read_text(request: bytes | Mapping[str, Any]) -> Generator[Any, None, Parsed
     text = body.get("text")
     if not isinstance(text, str) or body.keys() != {"text"} or len(text) > MOST_TEXT:
         raise InvalidRequest(
-            key="text", reason=f"the body is an object with a `text` of at most {MOST_TEXT} characters"
+            key="text",
+            reason=phrase("the body is an object with a `text` of at most {most} characters", most=MOST_TEXT),
         )
     found = yield from read_yaml(text)
     if isinstance(found, TextMistake):

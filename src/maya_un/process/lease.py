@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.cancellation import cancel_once
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded
 from maya_un.events import EventLog, LeaseChanged
@@ -212,7 +213,9 @@ class ControlLease:
             if holder.name == name:
                 return holder
         elif lease:
-            raise LeaseLost(reason=self._ended.get(lease, "Maya does not know it; perhaps `maya up` was restarted"))
+            raise LeaseLost(
+                reason=self._ended.get(lease, phrase("Maya does not know it; perhaps `maya up` was restarted"))
+            )
         if holder is None or self._given_way(holder, name, offered=False):
             raise LeaseNeeded
         raise self._held(holder)

@@ -18,6 +18,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, StorageFailed, WrongState
@@ -150,7 +151,9 @@ class Process:
         expansion = await self.foresight.expanded(row.body)
         count = len(expansion.tasks)
         if from_step is not None and not 1 <= from_step <= count:
-            raise InvalidValue(key="from_step", value=from_step, reason=f"the job has steps 1 to {count}")
+            raise InvalidValue(
+                key="from_step", value=from_step, reason=phrase("the job has steps 1 to {count}", count=count)
+            )
         first = _first_undone(steps, count) if from_step is None else from_step
         return await self._submit(StoredJob(row.name, row.body, expansion), asked, first - 1, halts=halts)
 

@@ -8,6 +8,7 @@ from math import inf
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord, decode
 from maya_un.config import Config, Units
 from maya_un.config.files import parse
@@ -65,7 +66,9 @@ def _records_of(path: Path) -> _Records:
     try:
         return _Records(parse(read_header(path).origin.config))
     except InvalidConfig as error:
-        raise FileUnreadable(path=path, reason=f"its configuration is invalid: {error.details['reason']}") from error
+        raise FileUnreadable(
+            path=path, reason=phrase("its configuration is invalid: {reason}", reason=error.details["reason"])
+        ) from error
 
 
 class _Records:

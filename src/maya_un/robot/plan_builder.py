@@ -14,6 +14,7 @@ from itertools import islice, product
 from math import dist, floor, hypot
 from typing import NamedTuple, Protocol
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Inspection, Preview, require_output
@@ -210,7 +211,12 @@ class ApproachTarget:
         reason = own or self.workspace.why_not(self.above(target))
         if reason is None or reason is own or reason.limit is Limit.NUMBER:
             return reason
-        return replace(reason, text=f"its approach point is {length_text(self.clearance)} higher, and there {reason}")
+        text = phrase(
+            "its approach point is {length} higher, and there {reason}",
+            length=length_text(self.clearance),
+            reason=reason,
+        )
+        return replace(reason, text=text)
 
     def candidates(self, target: Point, inside: Point | None) -> Iterator[Point]:
         """Yield reachable targets, the one nearest to `target` first, then deeper and deeper towards `inside`.

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmc41x3.i18n import translations
+from dmc41x3.i18n import phrase, translations
 from maya_un.config import Config
 from maya_un.config.files import alone, checked, merged, replace, shown, text_of, written
 from maya_un.config.model import Flaw
@@ -123,7 +123,9 @@ def _draft(request: Request, file: Path | None) -> _Draft:
             case {"settings": dict(changes)} if len(body) == 1:
                 return _changed(changes, file)
             case _:
-                reason = f"the body has a `text` of at most {MOST_TEXT} characters, or an object of `settings`"
+                reason = phrase(
+                    "the body has a `text` of at most {most} characters, or an object of `settings`", most=MOST_TEXT
+                )
                 raise InvalidRequest(key="body", reason=reason)
     except RecursionError as error:
         raise InvalidRequest(key="body", reason="it is nested too deeply") from error
@@ -133,7 +135,7 @@ def _parsed(text: str) -> _Draft:
     try:
         keys = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        return _Draft(text, None, [Flaw("", text[:40], f"it is not TOML: {error}")])
+        return _Draft(text, None, [Flaw("", text[:40], phrase("it is not TOML: {error}", error=error))])
     return _Draft(text, *checked(keys))
 
 

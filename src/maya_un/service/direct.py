@@ -20,6 +20,7 @@ from contextlib import suppress
 from math import cos, hypot
 from typing import Any, NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import LONGEST
@@ -63,7 +64,9 @@ class _Key(NamedTuple):
         length = hypot(*vector)
         if not SLOWEST <= length <= 1.0 + _ROUNDING:
             raise InvalidValue(
-                key="vector", value=repr(vector), reason=f"its length must be {SLOWEST:g} to 1; to rest, release it"
+                key="vector",
+                value=repr(vector),
+                reason=phrase("its length must be {least:g} to 1; to rest, release it", least=SLOWEST),
             )
         x, y, z = vector
         return cls("", 1, min(1.0, length), (x / length, y / length, z / length))

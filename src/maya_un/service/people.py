@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, LastAdministrator, NotFound, NotSignedIn, UnknownName
 from maya_un.process.lease import LeaseHolder
 from maya_un.schema.people import LONGEST, PATIENCE, LeaseTaken, LeaseView, Me, NewToken, TokenLine, UserLine
@@ -73,7 +74,7 @@ class UserService:
             first = not self._register.users
             made = await self._give(User(name, chosen, self._calendar.now(), hashed), "first", "", new=True)
         if first:
-            self._ended("", LOCAL.name, "users exist now")
+            self._ended("", LOCAL.name, phrase("users exist now"))
         return made
 
     async def change(
@@ -100,16 +101,16 @@ class UserService:
             sessions = () if password is None else tuple(one.id for one in self._register.of(name) if one.session)
             await self._register.change(Change(users=(changed,), without_tokens=sessions))
         for session in sessions:
-            self._ended(session, name, "the password was changed")
+            self._ended(session, name, phrase("the password was changed"))
         if changed.role < user.role:
-            self._ended("", name, f"{name} is {changed.role.word} now")
+            self._ended("", name, phrase("{name} is {role} now", name=name, role=changed.role.word))
         return self._line(changed)
 
     async def remove(self, name: str) -> None:
         """Remove a user with all tokens; raises `UnknownName`, `StorageFailed`, `LastAdministrator`."""
         async with self._register.turn:
             self._require_another_admin(self._user(name))
-            self._ended("", name, f"{name} was removed")
+            self._ended("", name, phrase("{name} was removed", name=name))
             await self._register.change(Change(without_users=(name,)))
 
     async def tokens(self, name: str, by: Caller) -> list[TokenLine]:
@@ -136,7 +137,9 @@ class UserService:
             own = self._register.tokens.get(by.token)
             limit = "" if own is None else own.expires
             if limit and (not until or until > limit):
-                raise InvalidValue(key="expires", value=repr(expires), reason=f"the token shown ends at {limit}")
+                raise InvalidValue(
+                    key="expires", value=repr(expires), reason=phrase("the token shown ends at {limit}", limit=limit)
+                )
         async with self._register.turn:
             user = self._user(name)
             if sum(not token.session for token in self._register.of(name)) >= MOST_TOKENS:
@@ -153,7 +156,7 @@ class UserService:
             found = self._register.tokens.get(token)
             if found is None or (found.user != by.name and not allowed(by.role, Operation.USERS)):
                 raise NotFound(what="token", number=token)
-            self._ended(token, found.user, "its token was revoked")
+            self._ended(token, found.user, phrase("its token was revoked"))
             await self._register.change(Change(without_tokens=(token,)))
 
     async def sign_in(self, name: str, password: str, source: str) -> NewToken:
@@ -193,10 +196,14 @@ class UserService:
 
     async def _password(self, password: str) -> str:
         if len(password) not in _PASSWORD:
-            reason = f"it needs {_PASSWORD.start} to {_PASSWORD.stop - 1} characters"
+            reason = phrase("it needs {least} to {most} characters", least=_PASSWORD.start, most=_PASSWORD.stop - 1)
             raise InvalidValue(key="password", value="…", reason=reason)
         if len(set(password)) < _DIFFERENT:
-            raise InvalidValue(key="password", value="…", reason=f"it needs at least {_DIFFERENT} different characters")
+            raise InvalidValue(
+                key="password",
+                value="…",
+                reason=phrase("it needs at least {least} different characters", least=_DIFFERENT),
+            )
         return await self._hasher.hashed(password)
 
     def _user(self, name: str) -> User:
@@ -215,7 +222,7 @@ class UserService:
         """Return a date as it is stored; raises `InvalidValue` for an invalid or a past date."""
         found = _DATE.fullmatch(text)
         if text and found is None:
-            reason = "it is a date in UTC, like 2027-01-31 or 2027-01-31T12:00:00Z"
+            reason = phrase("it is a date in UTC, like 2027-01-31 or 2027-01-31T12:00:00Z")
             raise InvalidValue(key="expires", value=repr(text), reason=reason)
         date = "" if found is None else f"{found[1]}T{found[2] or '00'}{found[3] or ':00:00'}+00:00"
         if date and date <= self._calendar.now():
@@ -238,7 +245,9 @@ class UserService:
 def checked_name(name: str) -> str:
     """Return a valid user name; raises `InvalidValue` for an invalid one."""
     if _NAME.fullmatch(name) is None or name in RESERVED:
-        reason = "it must have at most 32 characters (a to z, 0 to 9, . _ -), begin with a letter, and not be reserved"
+        reason = phrase(
+            "it must have at most 32 characters (a to z, 0 to 9, . _ -), begin with a letter, and not be reserved"
+        )
         raise InvalidValue(key="name", value=repr(name), reason=reason)
     return name
 
@@ -283,7 +292,7 @@ class LeaseService:
         """
         require_note(note)
         if not (isfinite(patience) and 1.0 <= patience <= LONGEST):
-            raise InvalidValue(key="patience", value=patience, reason=f"it is 1 s to {LONGEST:.0f} s")
+            raise InvalidValue(key="patience", value=patience, reason=phrase("it is 1 s to {most:.0f} s", most=LONGEST))
         holder = self._lease.holder
         again = force and holder is not None and holder.name == by.name and not holder.implicit
         if self._lease.offered_to != by.name and not again:

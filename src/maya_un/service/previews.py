@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import Any, TypeVar
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.controller import planner
 from maya_un.controller.protocol import Controller
@@ -124,7 +125,7 @@ class PreviewService:
 def require_samples(samples: int) -> None:
     """Raise `InvalidValue` for a number of samples that is not allowed."""
     if not 2 <= samples <= MOST_SAMPLES:
-        raise InvalidValue(key="samples", value=samples, reason=f"it must be 2 to {MOST_SAMPLES}")
+        raise InvalidValue(key="samples", value=samples, reason=phrase("it must be 2 to {most}", most=MOST_SAMPLES))
 
 
 def prepare(config: Config) -> None:

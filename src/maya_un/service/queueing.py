@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import EventsForgotten, InvalidRequest, InvalidValue, JobChanged, NotFound
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow, EventRow, Filter, JobRow, RequestOwner
@@ -175,7 +176,9 @@ class QueueService:
         `Faulted`; `StorageFailed` if the pause cannot be stored, but then it still takes effect.
         """
         if when not in _WHEN:
-            raise InvalidValue(key="when", value=repr(when), reason=f"it must be {' or '.join(_WHEN)}")
+            raise InvalidValue(
+                key="when", value=repr(when), reason=phrase("it must be one of {choices}", choices=", ".join(_WHEN))
+            )
         await self._process.turns.pause(by.name, now=when == "now")
         return self.view()
 
@@ -245,7 +248,9 @@ class QueueService:
             raise InvalidRequest(key="to", reason="give one of before, after and to")
         if to is not None:
             if to not in _ENDS:
-                raise InvalidValue(key="to", value=repr(to), reason=f"it must be {' or '.join(_ENDS)}")
+                raise InvalidValue(
+                    key="to", value=repr(to), reason=phrase("it must be one of {choices}", choices=", ".join(_ENDS))
+                )
             await self._process.move_to(number, last=to == "last")
         else:
             beside = before if before is not None else after

@@ -14,6 +14,7 @@ from typing import Protocol, TypeVar
 
 import maya_un
 from dmc41x3.address import SIM
+from dmc41x3.i18n import phrase
 from maya_un.cancellation import is_caller_cancelled, run_to_rest
 from maya_un.config import Config
 from maya_un.config.model import AnyZone
@@ -456,7 +457,7 @@ class Service:
     def require_free(self) -> None:
         """Raise `Busy` while a job or a direct command runs."""
         if self._process.running is not None:
-            raise Busy(doing=f"job {self._process.running}")
+            raise Busy(doing=phrase("job {number:d}", number=self._process.running))
         self.direct.require_free()
 
 

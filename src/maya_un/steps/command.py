@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from hashlib import sha256
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
 from maya_un.steps.text import ARGUMENTS
@@ -42,7 +43,9 @@ def step_of(data: Mapping[str, Any], id_: str) -> StepCommand:
     """
     command = data.get("command")
     if command is None:
-        reason = "it is missing. Name a command, or set the default command of this robot in the robot's document"
+        reason = phrase(
+            "it is missing. Name a command, or set the default command of this robot in the robot's document"
+        )
         raise InvalidRequest(key="command", reason=reason)
     if not isinstance(command, str) or command not in ARGUMENTS:
         raise UnknownName(name=str(command)[:64], known=", ".join(ARGUMENTS))
@@ -69,7 +72,7 @@ def _deadline_of(data: Mapping[str, Any]) -> str | None:
     found = data.get("deadline")
     if found is None:
         return None
-    reason = "it must be a date and time with a time zone, like 2026-01-31T12:00:00Z"
+    reason = phrase("it must be a date and time with a time zone, like 2026-01-31T12:00:00Z")
     try:
         if isinstance(found, str) and _instant(found).tzinfo is not None:
             return found

@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Generator, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import (
     InvalidRequest,
     InvalidValue,
@@ -34,8 +35,10 @@ def check(command: str, args: Mapping[str, Any]) -> None:
             raise InvalidRequest(key=f"args.{name}", reason="it is missing")
     for name, value in args.items():
         if name not in needed:
-            takes = ", ".join(needed) or "no arguments"
-            raise InvalidRequest(key=f"args.{name}", reason=f"{command} takes {takes}")
+            takes = ", ".join(needed) or phrase("no arguments")
+            raise InvalidRequest(
+                key=f"args.{name}", reason=phrase("{command} takes {arguments}", command=command, arguments=takes)
+            )
         _check_value(PRIMITIVES[command].argument, name, value)
 
 

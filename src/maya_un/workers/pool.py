@@ -20,6 +20,7 @@ from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import dataclass, field
 from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InternalError, MayaError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.workers.wire import ClosedError, StuckError, WorkerAnswer, WorkerCommand, receive, send
 
@@ -296,7 +297,7 @@ class Workers:
         if request is not None and code == -signal.SIGXCPU:
             self._over(request, TakesTooLong(seconds=f"{self._bounds.seconds:g}"))
         elif request is not None and request.again:
-            self._over(request, WorkerFailed(reason=f"it ended with {code}"))
+            self._over(request, WorkerFailed(reason=phrase("it ended with {status}", status=code)))
         elif request is not None:
             request.again = True
         self._begin_again()

@@ -93,13 +93,13 @@ async def test_approved_job_is_a_proposal_again_after_a_students_change() -> Non
 async def test_words_that_are_not_understood_are_refused() -> None:
     async with opened_service() as (_, service):
         await service.submit(HOME, options=JobOptions(held=True))
-        with pytest.raises(InvalidValue, match="after step or now"):
+        with pytest.raises(InvalidValue, match="one of after step, now"):
             await service.queue.pause(when="soon")
         with pytest.raises(InvalidRequest):
             await service.queue.move(1)
         with pytest.raises(InvalidRequest):
             await service.queue.move(1, before=1, to="last")
-        with pytest.raises(InvalidValue, match="first or last"):
+        with pytest.raises(InvalidValue, match="one of first, last"):
             await service.queue.move(1, to="middle")
         with pytest.raises(NotFound):
             await service.queue.hold(9)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.configure import configuration
@@ -89,8 +89,8 @@ def _standing(client: ServiceClient, config: Config) -> Joints:
     here, place = Joints(*state["joints"]), Point(*state["point"])
     ours = Units.of(config).to_joints(tuple(state["counts"]))
     if dist(ours, here) > _SAME or dist(Mechanism.of(config).fk(ours), place) > _SAME:
-        reason = "the running robot has another configuration; restart `maya up` with this one and home"
-        raise InvalidConfig(key="scale, geometry", value="(tables)", reason=reason)
+        reason = phrase("the running robot has another configuration; restart `maya up` with this one and home")
+        raise InvalidConfig(key="scale, geometry", value=phrase("(tables)"), reason=reason)
     return here
 
 
@@ -208,7 +208,11 @@ class _Session:
         """Return three lengths, and their distance from the expected point [m]; raises `InvalidValue`."""
         words = said.replace(",", " ").split()
         if len(words) != 3:
-            raise InvalidValue(key="x y z", value=repr(said), reason=f"three lengths are needed, here are {len(words)}")
+            raise InvalidValue(
+                key="x y z",
+                value=repr(said),
+                reason=phrase("three lengths are needed, here are {given}", given=len(words)),
+            )
         place = Point(*(length(text, axis) for text, axis in zip(words, "xyz", strict=True)))
         return place, deviation(place, expected)
 

@@ -19,7 +19,7 @@ from dmc41x3.address import SIM
 from dmc41x3.cli.serve import burned, require_line
 from dmc41x3.cli.signals import on_end
 from dmc41x3.files import open_own
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase, translate
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.twin.memory import Memory
@@ -81,9 +81,10 @@ def chosen(address: str | None) -> ServedTwin:
     fitting = [twin for twin in twins if address in {None, twin.address, str(twin.port)}]
     if len(fitting) == 1:
         return fitting[0]
-    running = ", ".join(twin.address for twin in twins) or "none"
-    unnamed = "several run" if twins else "none runs"
-    raise TwinNotFound(reason=unnamed if address is None else f"none listens at {address}", running=running)
+    running = ", ".join(twin.address for twin in twins) or phrase("none")
+    if address is None:
+        raise TwinNotFound(reason="several run" if twins else "none runs", running=running)
+    raise TwinNotFound(reason=phrase("none listens at {address}", address=address), running=running)
 
 
 def _name(pid: int | str) -> str:
@@ -131,7 +132,7 @@ def inject(name: str, pairs: Sequence[str], seconds: float | None, twin: str | N
     fault, given = find(name), [_pair(text) for text in pairs]
     if seconds is not None and fault.end is None:
         raise InvalidCommandLine(
-            reason=f"{name} is over at once; --for is for faults that last", command=_FAULT_COMMAND
+            reason=phrase("{name} is over at once; --for is for faults that last", name=name), command=_FAULT_COMMAND
         )
     if len(given) != len(dict(given)):
         raise InvalidCommandLine(reason="a parameter is given twice", command=_FAULT_COMMAND)
@@ -155,7 +156,7 @@ def active(twin: str | None, settings: OutputSettings) -> int:
 def _pair(text: str) -> tuple[str, Value]:
     name, equals, value = text.partition("=")
     if not equals:
-        raise InvalidCommandLine(reason=f"{text} is not NAME=VALUE", command=_FAULT_COMMAND)
+        raise InvalidCommandLine(reason=phrase("{text} is not NAME=VALUE", text=text), command=_FAULT_COMMAND)
     return name, value
 
 
@@ -178,7 +179,9 @@ def _asked(twin: ServedTwin, request: Mapping[str, object]) -> dict[str, Any]:
             lines.flush()
             answer: dict[str, Any] = json.loads(lines.readline())
     except (OSError, ValueError):
-        raise TwinNotFound(reason=f"the one at {twin.address} does not answer", running=twin.address) from None
+        raise TwinNotFound(
+            reason=phrase("the one at {address} does not answer", address=twin.address), running=twin.address
+        ) from None
     return answer
 
 

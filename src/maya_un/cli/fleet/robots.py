@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from random import Random
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.quantities import angle, duration, length
 from maya_un.cli.settings import OutputSettings
@@ -200,15 +200,20 @@ def _args(command: str, values: Sequence[str]) -> dict[str, float]:
     if names is None:
         raise UnknownName(name=command, known=", ".join(ARGUMENTS))
     if len(values) != len(names):
-        needed = " ".join(name.upper() for name in names) or "no values"
-        raise InvalidCommandLine(reason=f"{command} takes {needed}", command=_COMMAND)
+        needed = " ".join(name.upper() for name in names) or phrase("no values")
+        raise InvalidCommandLine(
+            reason=phrase("{command} takes {arguments}", command=command, arguments=needed), command=_COMMAND
+        )
     argument = PRIMITIVES[command].argument
     if not isinstance(argument, Switch):
         return {
             name: (angle if name == "a" else length)(value, name) for name, value in zip(names, values, strict=True)
         }
     if values[0] not in {argument.on, argument.off}:
-        raise InvalidCommandLine(reason=f"{command} takes {argument.on} or {argument.off}", command=_COMMAND)
+        raise InvalidCommandLine(
+            reason=phrase("{command} takes {on} or {off}", command=command, on=argument.on, off=argument.off),
+            command=_COMMAND,
+        )
     return {names[0]: values[0] == argument.on}
 
 

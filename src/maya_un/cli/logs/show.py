@@ -16,7 +16,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
 
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state_folder import state_folder
@@ -46,7 +46,7 @@ def moment(text: str, now: datetime) -> str:
             when = datetime.fromisoformat(text.strip())
         return when.astimezone(UTC).isoformat(timespec="seconds").removesuffix("+00:00")
     except (ValueError, OverflowError) as error:
-        reason = "it is so long ago, like 10m or 2h, or a date, like 2026-11-21T09:30"
+        reason = phrase("it is so long ago, like 10m or 2h, or a date, like 2026-11-21T09:30")
         raise InvalidValue(key="--since", value=repr(text), reason=reason) from error
 
 
@@ -135,9 +135,7 @@ def show(
     if not found and not follow and not (state_folder() / FILE_NAME).exists() and not log_path().exists():
         raise FileUnreadable(
             path=state_folder(),
-            reason=translate(
-                "nothing has been stored there yet; `maya up` stores a log and a journal", settings.language
-            ),
+            reason="nothing has been stored there yet; `maya up` stores a log and a journal",
         )
     _print(found, settings)
     with suppress(KeyboardInterrupt):

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.quantities import length
@@ -65,7 +65,7 @@ def _told(answer: Mapping[str, Any], text: str, settings: OutputSettings) -> int
 def _pair(text: str) -> tuple[str, str]:
     key, equals, value = text.partition("=")
     if not (key and equals and value):
-        raise InvalidCommandLine(reason=f"{text!r} is not KEY=VALUE", command=_COMMAND)
+        raise InvalidCommandLine(reason=phrase("{text!r} is not KEY=VALUE", text=text), command=_COMMAND)
     return key, value
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient, called
 from maya_un.cli.progress import chosen
@@ -200,7 +200,9 @@ def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
         except OSError as error:
             raise FileUnwritable(path=path, reason=f"{editor}: {error.strerror}") from error
         except subprocess.CalledProcessError as error:
-            raise FileUnwritable(path=path, reason=f"{editor} ended with {error.returncode}") from None
+            raise FileUnwritable(
+                path=path, reason=phrase("{editor} ended with {status}", editor=editor, status=error.returncode)
+            ) from None
         if path.read_text(encoding="utf-8") == written:
             return {}
         return {"job": load_job(path).model_dump(mode="json", exclude_none=True, warnings=False)}

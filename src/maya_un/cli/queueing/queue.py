@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
@@ -59,7 +59,7 @@ def move(job: int, where: str, other: int | None, settings: OutputSettings) -> i
     elif where in {"before", "after"} and other is not None:
         place = {where: other}
     else:
-        reason = "give first, last, before JOB or after JOB"
+        reason = phrase("give first, last, before JOB or after JOB")
         raise InvalidCommandLine(reason=reason, command="maya queue move")
     line = ServiceClient.find().ask(requests.move_job(job, **place))
     return output.answer(

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import TypeAdapter
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import AxisRecord, DataRecord, decode
 from dmc41x3.loops import run_virtual
@@ -81,7 +81,7 @@ def scene_of(recording: Recording) -> ReplayScene:
     rest = wire[len(opening) :]
     resting = _at_rest(talk(rest).exchanges)
     if resting is None or resting.answered is None or not isinstance(resting.reply, RecordReply):
-        raise ValueError("it holds no instant at which the axes were at rest")
+        raise ValueError(phrase("it holds no instant at which the axes were at rest"))
     homed = _homed(recording, resting.answered)
     if not homed:
         lacks.append(marked("The replay does not know the position of the machine before homing."))

@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidCommandLine, InvalidValue
 from maya_un.http.middleware import CLIENTS_EACH, FAR, OriginPolicy, host_of, origin_of
 from maya_un.http.thread import (
@@ -51,10 +52,10 @@ class RemoteAccess(NamedTuple):
         if self.plain and self.certificate is not None:
             raise InvalidCommandLine(reason="--plain cannot be combined with --tls-cert", command=_COMMAND)
         if self.listen is None and (self.plain or self.certificate is not None):
-            reason = "--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS"
+            reason = phrase("--tls-cert, --tls-key and --plain are for --listen; loopback needs no TLS")
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
         if self.listen is not None and not self.plain and self.certificate is None:
-            reason = "--listen needs --tls-cert and --tls-key; use --plain only on a trusted network"
+            reason = phrase("--listen needs --tls-cert and --tls-key; use --plain only on a trusted network")
             raise InvalidCommandLine(reason=reason, command=_COMMAND)
 
     def listener(self) -> ListeningSocket | None:
@@ -115,9 +116,9 @@ def _own_address() -> tuple[str, ...]:
 def require_users(*, kept: bool, listen: str | None) -> None:
     """Raise `InvalidCommandLine` if other computers are to have access while no users exist."""
     if listen is not None and not kept:
-        reason = (
-            "--listen needs at least one user: start `maya up` without --listen, run "
-            "`maya user add NAME --role admin`, and start `maya up` again"
+        reason = phrase(
+            "--listen needs at least one user: start `maya up` without --listen, run `maya user add NAME --role "
+            "admin`, and start `maya up` again"
         )
         raise InvalidCommandLine(reason=reason, command=_COMMAND)
 

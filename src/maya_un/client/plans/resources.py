@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from dmc41x3.i18n import phrase
 from maya_un.client import requests
 from maya_un.client.jobs import JobLike, body_of
 from maya_un.client.request import Request
@@ -70,7 +71,7 @@ def kept(held: HeldLease, taken: LeaseTaken) -> Plan[None]:
             return
         except MayaError as error:
             if (yield from ReadClock()) >= until - 0.05:
-                held.lose(LeaseLost(reason=f"it could not be renewed: {error}"))
+                held.lose(LeaseLost(reason=phrase("it could not be renewed: {error}", error=error)))
                 return
         else:
             until = asked + taken.expires_in

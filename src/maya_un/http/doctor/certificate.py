@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from datetime import UTC, datetime
 
+from dmc41x3.i18n import phrase
 from maya_un.http.doctor.finding import Finding, fail, ok, warn
 
 CERTIFICATE_PATIENCE = 2.0
@@ -81,4 +82,4 @@ def _end(port: int, certificate: bytes) -> float:
             found = spoken.getpeercert()
             assert found is not None
             return float(ssl.cert_time_to_seconds(str(found["notAfter"])))
-    raise OSError("the port no longer accepts connections")
+    raise OSError(phrase("the port no longer accepts connections"))

@@ -15,6 +15,7 @@ from urllib.parse import urlsplit
 
 import httpx
 
+from dmc41x3.i18n import phrase
 from maya_un import runtime
 from maya_un.config import Config, default_path, load
 from maya_un.config.state_folder import state_folder
@@ -37,7 +38,9 @@ class ListeningProcess(NamedTuple):
     @property
     def who(self) -> str:
         """The process as text."""
-        return f"{self.name} (process {self.pid})" if self.pid else "a process of another user"
+        if not self.pid:
+            return phrase("a process of another user")
+        return phrase("{name} (process {number})", name=self.name, number=self.pid)
 
 
 def listeners(proc: Path = Path("/proc")) -> list[ListeningProcess]:

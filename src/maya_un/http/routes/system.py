@@ -11,6 +11,7 @@ from fastapi import Depends, Query, Request, Response
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
+from dmc41x3.i18n import phrase
 from maya_un import __version__
 from maya_un.errors import (
     EventsForgotten,
@@ -75,7 +76,11 @@ async def readiness(bridge: Bridge, language: str) -> Readiness:
         async with asyncio.timeout(READINESS_TIMEOUT):
             found += await bridge.asked(_obstacles)
     except TimeoutError:
-        found += [ServiceNotAnswering(reason=f"the robot's loop is busy for more than {READINESS_TIMEOUT:g} s")]
+        found += [
+            ServiceNotAnswering(
+                reason=phrase("the robot's loop is busy for more than {seconds:g} s", seconds=READINESS_TIMEOUT)
+            )
+        ]
     failing = await _failing(bridge)
     if failing:
         found.append(StorageFailed(reason=failing))
@@ -91,7 +96,9 @@ async def _failing(bridge: Bridge) -> str:
         async with asyncio.timeout(READINESS_TIMEOUT):
             return await bridge.asked(lambda service: service.check_storage())
     except TimeoutError:
-        return bridge.journal.failing or f"the disk does not answer within {READINESS_TIMEOUT:g} s"
+        return bridge.journal.failing or phrase(
+            "the disk does not answer within {seconds:g} s", seconds=READINESS_TIMEOUT
+        )
 
 
 def storage_of(bridge: Bridge) -> JournalHealth:

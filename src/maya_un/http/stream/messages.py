@@ -25,6 +25,7 @@ from websockets.frames import Frame
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.http.stream.topics import TOPICS, StreamTopic
 from maya_un.process.spec.json_object import decode_object
@@ -200,10 +201,10 @@ def kind_of(message: Mapping[str, Any]) -> str:
     """Return the type of a client's message; raises `InvalidRequest` for an unknown type or key."""
     kind = message.get("type")
     if not isinstance(kind, str) or kind not in _KEYS:
-        raise InvalidRequest(key="type", reason=f"it must be one of {', '.join(_KEYS)}")
+        raise InvalidRequest(key="type", reason=phrase("it must be one of {choices}", choices=", ".join(_KEYS)))
     for key in message:
         if key not in _KEYS[kind] | {"type", "id"}:
-            raise InvalidRequest(key=key, reason=f"a message of type {kind} has no such key")
+            raise InvalidRequest(key=key, reason=phrase("a message of type {kind} has no such key", kind=kind))
     return kind
 
 
@@ -224,7 +225,9 @@ def _rate(wanted: object) -> float | None:
     if not isinstance(rate, int | float) or isinstance(rate, bool) or not isfinite(rate):
         raise InvalidRequest(key="state.rate", reason="it must be a number [Hz]")
     if not SLOWEST <= rate <= FASTEST:
-        raise InvalidRequest(key="state.rate", reason=f"it must be {SLOWEST:g} to {FASTEST:g} Hz")
+        raise InvalidRequest(
+            key="state.rate", reason=phrase("it must be {least:g} to {most:g} Hz", least=SLOWEST, most=FASTEST)
+        )
     return float(rate)
 
 
@@ -240,7 +243,7 @@ def _part(wanted: object, name: str, keys: frozenset[str]) -> dict[str, Any]:
         raise InvalidRequest(key=name, reason="it must be an object, or null")
     for key in wanted:
         if key not in keys:
-            raise InvalidRequest(key=f"{name}.{key}", reason=f"there are {', '.join(sorted(keys))}")
+            raise InvalidRequest(key=f"{name}.{key}", reason=phrase("there are {names}", names=", ".join(sorted(keys))))
     return wanted
 
 
@@ -249,7 +252,9 @@ def _number(part: Mapping[str, Any], key: str, least: int) -> int | None:
     if value is None:
         return None
     if not isinstance(value, int) or isinstance(value, bool) or value < least:
-        raise InvalidRequest(key=f"events.{key}", reason=f"it must be a whole number, {least} or more")
+        raise InvalidRequest(
+            key=f"events.{key}", reason=phrase("it must be a whole number, {least} or more", least=least)
+        )
     return value
 
 

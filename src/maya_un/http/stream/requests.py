@@ -14,6 +14,7 @@ from typing import Any
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
 from maya_un.http.connections import source_of
 from maya_un.http.internal import InternalRequest, answered
@@ -63,7 +64,9 @@ class StreamRequests:
     def _request(self, message: Mapping[str, Any]) -> InternalRequest:
         method, path = _text(message, "method", "POST"), _text(message, "path", "")
         if method not in _METHODS:
-            raise InvalidRequest(key="method", reason=f"it must be one of {', '.join(sorted(_METHODS))}")
+            raise InvalidRequest(
+                key="method", reason=phrase("it must be one of {choices}", choices=", ".join(sorted(_METHODS)))
+            )
         if not path.startswith("/v1/") or not path.isascii() or not path.isprintable():
             raise InvalidRequest(key="path", reason="it must be a path like /v1/stop, percent-encoded")
         content = json.dumps(message["body"]).encode() if message.get("body") is not None else b""

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from fastapi import FastAPI
 from starlette.websockets import WebSocket
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, is_local, source_of
@@ -74,7 +75,7 @@ class StreamServer:
     async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:
         places, address = self._near if is_local(socket) else self._far, source_of(socket)
         if not places.take(address):
-            raise TooManyRequests(limit="no more streams", seconds=1, wait=1)
+            raise TooManyRequests(limit=phrase("no more streams"), seconds=1, wait=1)
         self._wires.add(wire)
         try:
             entrance = StreamHandshake(socket, self._bridge)
@@ -146,7 +147,9 @@ async def _introduced(entrance: StreamHandshake) -> Caller | None:
         async with asyncio.timeout(INTRODUCTION):
             return await entrance.introduced()
     except TimeoutError:
-        raise NotSignedIn(reason=f"no `hello` with a token arrived within {INTRODUCTION:g} s") from None
+        raise NotSignedIn(
+            reason=phrase("no `hello` with a token arrived within {seconds:g} s", seconds=INTRODUCTION)
+        ) from None
 
 
 class StreamedRobot(NamedTuple):

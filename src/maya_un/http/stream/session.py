@@ -14,6 +14,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket
 
+from dmc41x3.i18n import phrase
 from maya_un import __version__
 from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSignedIn, StreamLagging
 from maya_un.http.bridge import Bridge, LoopShare
@@ -75,7 +76,7 @@ class StreamHandshake:
         if kind_of(message) != "hello":
             raise NotSignedIn(reason="the first message is not `hello` with a token")
         if message.get("protocol", PROTOCOL) != PROTOCOL:
-            raise InvalidRequest(key="protocol", reason=f"this is version {PROTOCOL}")
+            raise InvalidRequest(key="protocol", reason=phrase("this is version {version}", version=PROTOCOL))
         token = message.get("token")
         if token is not None and not isinstance(token, str):
             raise InvalidRequest(key="token", reason="it must be a text")
@@ -265,7 +266,9 @@ class StreamSession:
         if wanted.since > self._hub.ring.last:  # the client may know of an event that has not arrived here yet
             last = (await self._bridge.asked(lambda service: service.status())).last_event
             if wanted.since > last:
-                raise InvalidRequest(key="events.since", reason=f"the last event of this run has number {last}")
+                raise InvalidRequest(
+                    key="events.since", reason=phrase("the last event of this run has number {last}", last=last)
+                )
         return wanted.since
 
     def _send_events(self, since: int | None, *, restarted: bool) -> None:

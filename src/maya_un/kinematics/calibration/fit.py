@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.calibration import identify, model
 from maya_un.kinematics.calibration.identify import FAR, SUSPECTS
@@ -114,9 +115,11 @@ class Calibration:
     def _about_height(self) -> str:
         if "gripper_height" in self.free or "height" in self.free:
             held, other = ("height", "gripper_height") if "height" in self.held else ("gripper_height", "height")
-            return (
-                f"{listed([held])} is held and {listed([other])} fitted: gripper points show only their difference "
-                "H − Φ, never each by itself; measure one with a ruler."
+            return phrase(
+                "{held} is held and {other} fitted: gripper points show only their difference "
+                "H − Φ, never each by itself; measure one with a ruler.",
+                held=listed([held]),
+                other=listed([other]),
             )
         return ""
 
@@ -125,39 +128,47 @@ class Calibration:
         names = {self.free[index] for pair in close for index in pair}
         if not names:
             return ""
-        return f"{listed(names)} are known well only together: each may be off by more than the points are."
+        return phrase(
+            "{names} are known well only together: each may be off by more than the points are.", names=listed(names)
+        )
 
     def _about_noise(self) -> str:
         if self.observations.sigma is None or self.noise <= _POOR:
             return ""
-        return (
-            f"The points deviate by {self.noise:.1f} times their sigma. Either sigma is too small, or the machine "
-            "bends in ways that these constants do not describe. In both cases the errors given here are too small."
+        return phrase(
+            "The points deviate by {times:.1f} times their sigma. Either sigma is too small, or the machine "
+            "bends in ways that these constants do not describe. In both cases the errors given here are too small.",
+            times=self.noise,
         )
 
     def _about_outliers(self) -> str:
         if 5 * len(self.outliers) <= len(self.inliers):
             return ""
-        return (
-            f"{len(self.outliers)} of {len(self.inliers)} points are left out as outliers. So many are no accident: "
-            "look at how they were measured."
+        return phrase(
+            "{count} of {points} points are left out as outliers. So many are no accident: "
+            "look at how they were measured.",
+            count=len(self.outliers),
+            points=len(self.inliers),
         )
 
     def _about_rest(self) -> str:
         if self.rms_after < FAR:
             return ""
-        return (
-            f"After the fit the points are still off by {self.rms_after * 1e3:.0f} mm (rms): do not apply this, but "
-            f"{SUSPECTS}."
+        return phrase(
+            "After the fit the points are still off by {off:.0f} mm (rms): do not apply this, but {remedy}.",
+            off=self.rms_after * 1e3,
+            remedy=SUSPECTS,
         )
 
     def _about_lines(self) -> str:
         found = self.line_difference
         if found is None or not found.is_significant:
             return ""
-        return (
-            f"Lines b and c seem to differ in counts per metre by {found.value * 100.0:.3f} % "
-            f"(± {found.error * 200.0:.3f} %); the configuration has one number for both, their mean."
+        return phrase(
+            "Lines b and c seem to differ in counts per metre by {difference:.3f} % (± {error:.3f} %); "
+            "the configuration has one number for both, their mean.",
+            difference=found.value * 100.0,
+            error=found.error * 200.0,
         )
 
 

@@ -12,6 +12,7 @@ from math import degrees
 
 import numpy as np
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import NotIdentifiable
 from maya_un.kinematics.calibration.parameters import FITTED, TYPICAL, FittedConstants, Observations, listed
 from maya_un.kinematics.mechanism import Floats
@@ -22,7 +23,7 @@ UNKNOWN = 10.0
 FAR = 0.03
 """Points that are farther off than this after a fit [m] are not explained by it."""
 
-SUSPECTS = (
+SUSPECTS = phrase(
     "check that the coordinates are in Maya's frame (z up, angle a clockwise from y to x) and that each "
     "row has the counts of its point"
 )
@@ -65,8 +66,12 @@ def require_enough(observations: Observations, free: Sequence[str]) -> None:
     """Raise `NotIdentifiable` if there are too few points for the `free` constants and the noise."""
     needed = -(-(len(free) + LEAST_FREEDOM) // 3)
     if len(observations) < needed:
-        reason = f"{len(observations)} points are too few for {len(free)} constants"
-        raise NotIdentifiable(what=listed(free), reason=reason, remedy=f"measure at least {needed}, better 20")
+        reason = phrase(
+            "{points} points are too few for {constants} constants", points=len(observations), constants=len(free)
+        )
+        raise NotIdentifiable(
+            what=listed(free), reason=reason, remedy=phrase("measure at least {needed}, better 20", needed=needed)
+        )
 
 
 def require_same_senses(now: FittedConstants, fitted: FittedConstants) -> None:
@@ -77,7 +82,7 @@ def require_same_senses(now: FittedConstants, fitted: FittedConstants) -> None:
         if name.startswith("pulses") and before * after <= 0.0
     ]
     if turned:
-        reason = "they fit only a machine whose axis counts in the opposite direction"
+        reason = phrase("they fit only a machine whose axis counts in the opposite direction")
         raise NotIdentifiable(what=listed(turned), reason=reason, remedy=SUSPECTS)
 
 
@@ -88,14 +93,20 @@ def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float
     `FAR` from the fit, by `scatter` [m], that is the reason.
     """
     if scatter > FAR:
-        reason = f"they lie {scatter * 1e3:.0f} mm from where any constants would have them"
+        reason = phrase(
+            "they lie {distance:.0f} mm from where any constants would have them", distance=scatter * 1000.0
+        )
         return NotIdentifiable(what=listed(names), reason=reason, remedy=SUSPECTS)
     if len(names) == 1:
-        reason = "the points do not show it"
+        reason = phrase("the points do not show it")
     else:
-        reason = "a common change of them does not move the gripper at any of these points"
+        reason = phrase("a common change of them does not move the gripper at any of these points")
     lacking = _lacking(joints, points)
-    remedy = f"measure at {lacking}, or fix what you know otherwise (--hold {_likeliest(names)})"
+    remedy = phrase(
+        "measure at {lacking}, or fix what you know otherwise (--hold {names})",
+        lacking=lacking,
+        names=_likeliest(names),
+    )
     return NotIdentifiable(what=listed(names), reason=reason, remedy=remedy)
 
 
@@ -110,10 +121,10 @@ def _lacking(joints: Floats, points: Floats) -> str:
     lacks = [
         words
         for spread, least, words in (
-            (degrees(float(np.ptp(joints[:, 0]))), 20.0, "angles of the boom farther apart"),
-            (float(np.ptp(distance)), 0.3, "distances from the axis farther apart"),
-            (float(np.ptp(points[:, 2])), 0.3, "heights farther apart"),
+            (degrees(float(np.ptp(joints[:, 0]))), 20.0, phrase("angles of the boom farther apart")),
+            (float(np.ptp(distance)), 0.3, phrase("distances from the axis farther apart")),
+            (float(np.ptp(points[:, 2])), 0.3, phrase("heights farther apart")),
         )
         if spread < least
     ]
-    return " and ".join(lacks) or "more places all over the workspace"
+    return " and ".join(lacks) or phrase("more places all over the workspace")

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.errors import UnknownName
 from maya_un.kinematics.mechanism import Floats
@@ -92,15 +93,15 @@ TYPICAL = FittedConstants(0.01, 0.01, 0.01, 0.01, 1e4, 3.7106, radians(1.0), 0.0
 """Plausible error of each constant in the configuration: 10 mm, 1 %, 1°. Scales every fit."""
 
 WORDS = {
-    "height": "height (H)",
-    "length": "length (D)",
-    "delta": "delta (Δ)",
-    "gripper_height": "gripper_height (Φ)",
-    "pulses_per_metre": "counts per metre",
-    "pulses_per_degree": "counts per degree",
-    "zero_a": "zero of a",
-    "zero_b": "zero of b",
-    "zero_c": "zero of c",
+    "height": phrase("height (H)"),
+    "length": phrase("length (D)"),
+    "delta": phrase("delta (Δ)"),
+    "gripper_height": phrase("gripper_height (Φ)"),
+    "pulses_per_metre": phrase("counts per metre"),
+    "pulses_per_degree": phrase("counts per degree"),
+    "zero_a": phrase("zero of a"),
+    "zero_b": phrase("zero of b"),
+    "zero_c": phrase("zero of c"),
 }
 """Names of the constants for display."""
 

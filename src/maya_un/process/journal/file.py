@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from dmc41x3.files import open_own, sync_folder, writable_place
+from dmc41x3.i18n import phrase
 from maya_un.errors import FileUnwritable, MayaError, StorageDamaged, StorageFailed, StorageInUse, StorageUnavailable
 from maya_un.process.journal import tables
 
@@ -21,19 +22,19 @@ _PASSING = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EIO, errno.
 _DAMAGED = ("SQLITE_CORRUPT", "SQLITE_NOTADB")
 
 _REASONS = {
-    "SQLITE_FULL": "the disk is full",
-    "SQLITE_READONLY": "the file may only be read",
-    "SQLITE_CANTOPEN": "the file cannot be opened",
-    "SQLITE_PERM": "its rights do not allow it",
-    "SQLITE_BUSY": "another program holds the file",
-    "SQLITE_CORRUPT": "the file is damaged",
-    "SQLITE_NOTADB": "the file is no database",
-    "SQLITE_IOERR": "the disk reports an error",
+    "SQLITE_FULL": phrase("the disk is full"),
+    "SQLITE_READONLY": phrase("the file may only be read"),
+    "SQLITE_CANTOPEN": phrase("the file cannot be opened"),
+    "SQLITE_PERM": phrase("its rights do not allow it"),
+    "SQLITE_BUSY": phrase("another program holds the file"),
+    "SQLITE_CORRUPT": phrase("the file is damaged"),
+    "SQLITE_NOTADB": phrase("the file is no database"),
+    "SQLITE_IOERR": phrase("the disk reports an error"),
 }
 
 
 def sqlite_reason(error: sqlite3.Error | OSError) -> str:
-    """Return the reason of an error: in words for known errors of SQLite, else as SQLite gives it."""
+    """Return the reason of an error: in words for known errors of SQLite, else as SQLite gives it, in English."""
     if isinstance(error, OSError):
         return error.strerror or str(error)
     name = str(getattr(error, "sqlite_errorname", ""))
@@ -156,10 +157,10 @@ class FileIdentity:
         """Raise `OSError` if a file was moved, removed or replaced, or the journal was truncated."""
         for file, known in self._known.items():
             if _identity(file) != known:
-                raise OSError(f"{file} was moved or removed while it was in use")
+                raise OSError(phrase("{file} was moved or removed while it was in use", file=file))
         size = self._path.stat().st_size
         if size < self._size:
-            raise OSError(f"{self._path} was cut short while it was in use")
+            raise OSError(phrase("{path} was cut short while it was in use", path=self._path))
         self._size = size
 
 
@@ -274,7 +275,9 @@ def _require_whole(path: Path) -> None:
     if path.exists() and 0 < path.stat().st_size < _HEADER:
         raise StorageDamaged(path=path, reason="it is shorter than any database")
     if log.exists() and log.stat().st_size and not (path.exists() and path.stat().st_size):
-        raise StorageDamaged(path=path, reason=f"it is empty or missing, but {log.name} beside it is not")
+        raise StorageDamaged(
+            path=path, reason=phrase("it is empty or missing, but {name} beside it is not", name=log.name)
+        )
 
 
 def _connect(path: Path) -> sqlite3.Connection:

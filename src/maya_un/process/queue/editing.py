@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, replace
 from reprlib import repr
 from typing import NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import (
     InvalidJob,
     InvalidRequest,
@@ -49,7 +50,9 @@ def read_options(data: Mapping[str, object], old: JobOptions = DEFAULT_OPTIONS) 
     changes: dict[str, object] = {}
     for key, value in data.items():
         if key not in _READERS:
-            raise InvalidRequest(key=key, reason=f"there is no such key; known are {', '.join(_READERS)}")
+            raise InvalidRequest(
+                key=key, reason=phrase("there is no such key; known are {names}", names=", ".join(_READERS))
+            )
         changes[key] = _READERS[key](key, value)
     return replace(old, **changes)  # pyright: ignore[reportArgumentType] - each reader returns its field's type
 
@@ -62,7 +65,11 @@ def checked_options(options: JobOptions) -> JobOptions:
 def _whole(low: int, high: int) -> Callable[[str, object], int]:
     def read(key: str, value: object) -> int:
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise InvalidValue(key=key, value=repr(value), reason=f"it must be a whole number from {low} to {high}")
+            raise InvalidValue(
+                key=key,
+                value=repr(value),
+                reason=phrase("it must be a whole number from {least} to {most}", least=low, most=high),
+            )
         return value
 
     return read
@@ -76,7 +83,9 @@ def _flag(key: str, value: object) -> bool:
 
 def _notes(key: str, value: object) -> str:
     if not isinstance(value, str) or len(value) > LONGEST_NOTES:
-        raise InvalidValue(key=key, value=repr(value), reason=f"it must be a text of at most {LONGEST_NOTES} letters")
+        raise InvalidValue(
+            key=key, value=repr(value), reason=phrase("it must be a text of at most {most} letters", most=LONGEST_NOTES)
+        )
     if not all(letter.isprintable() or letter in "\n\t" for letter in value):
         raise InvalidValue(key=key, value=repr(value), reason="it must be printable")
     return value
@@ -84,7 +93,7 @@ def _notes(key: str, value: object) -> str:
 
 def _numbers(key: str, value: object) -> tuple[int, ...]:
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > MOST_DEPENDENCIES:
-        reason = f"it must be a list of at most {MOST_DEPENDENCIES} numbers of jobs"
+        reason = phrase("it must be a list of at most {most} numbers of jobs", most=MOST_DEPENDENCIES)
         raise InvalidValue(key=key, value=repr(value), reason=reason)
     number = _whole(1, 2**53)
     return tuple(dict.fromkeys(number(f"{key}.{place}", item) for place, item in enumerate(value)))
@@ -94,7 +103,9 @@ def _on_failure(key: str, value: object) -> OnFailure:
     try:
         return OnFailure(str(value))
     except ValueError:
-        raise InvalidValue(key=key, value=repr(value), reason=f"it must be {' or '.join(OnFailure)}") from None
+        raise InvalidValue(
+            key=key, value=repr(value), reason=phrase("it must be one of {choices}", choices=", ".join(OnFailure))
+        ) from None
 
 
 _READERS: dict[str, Callable[[str, object], object]] = {
@@ -472,7 +483,9 @@ class JobEditor:
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
         new = [task.primitive for task in written.expansion.tasks[:begun]]
         if new != [task.primitive for task in old.tasks[:begun]]:
-            raise InvalidJob(key="steps", reason=f"steps up to {begun} have begun and must not change")
+            raise InvalidJob(
+                key="steps", reason=phrase("steps up to {begun} have begun and must not change", begun=begun)
+            )
 
     def _changed(
         self,

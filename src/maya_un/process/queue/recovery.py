@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple
 
-from dmc41x3.i18n import marked
+from dmc41x3.i18n import phrase
 from maya_un.errors import AnswerNeeded, Cancelled, InvalidValue, MayaError, NotFound
 from maya_un.process.journal.protocol import JobRow, QueueRow, StepRow, Unfinished
 from maya_un.process.queue.changes import AUTOMATIC_REASONS, Changes, Transaction
@@ -31,7 +31,7 @@ from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.schema.jobs import Choice, Recovery, TaskState
 from maya_un.values import GripperState, Mode
 
-QUESTION = marked("Does the gripper hold a part?", "AnswerNeeded.question")
+QUESTION = phrase("Does the gripper hold a part?")
 
 
 class RecoveryChoice(StrEnum):
@@ -88,16 +88,16 @@ def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> R
     """
     offered = [one.name for one in choices(situation)]
     if choice not in offered:
-        raise InvalidValue(key="choice", value=repr(choice), reason=f"it must be one of {', '.join(offered)}")
+        raise InvalidValue(
+            key="choice", value=repr(choice), reason=phrase("it must be one of {choices}", choices=", ".join(offered))
+        )
     if holding and situation.holding is False:
         raise InvalidValue(key="holding", value="true", reason="the gripper is open")
     chosen = RecoveryChoice(choice)
     if holding is None and _needs_answer(situation, chosen):
         raise AnswerNeeded(
             question=QUESTION,
-            options=marked(
-                "add `--holding yes` or `--holding no`; over HTTP, holding: true or false", "AnswerNeeded.options"
-            ),
+            options=phrase("add `--holding yes` or `--holding no`; over HTTP, holding: true or false"),
         )
     known = situation.holding if holding is None else holding
     if chosen is RecoveryChoice.ABORT:

@@ -7,7 +7,7 @@ from collections.abc import Coroutine, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-from dmc41x3.i18n import marked
+from dmc41x3.i18n import phrase
 from maya_un.errors import (
     AnswerNeeded,
     Busy,
@@ -215,7 +215,7 @@ class Scheduler:
         if self._aside:
             raise Busy(doing=self._aside)
         if self.running is not None and not self.running.row.state.ended:
-            raise Busy(doing=f"job {self.running.number}")
+            raise Busy(doing=phrase("job {number:d}", number=self.running.number))
         self._aside = command
         try:
             yield
@@ -244,8 +244,7 @@ class Scheduler:
 
     def _require_decided(self) -> None:
         if self._items.interrupted is not None:
-            question = marked("What should happen to the interrupted job?", "AnswerNeeded.question")
-            raise AnswerNeeded(question=question, options=", ".join(RecoveryChoice))
+            raise AnswerNeeded(question="What should happen to the interrupted job?", options=", ".join(RecoveryChoice))
 
     def _next(self) -> tuple[QueueEntry, int | None] | None:
         """Return the next job and the limit of its steps (None: all), or None if no job may begin."""

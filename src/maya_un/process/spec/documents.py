@@ -11,6 +11,7 @@ import yaml
 from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import FileUnreadable
 
 MOST_BYTES = 250_000
@@ -34,7 +35,7 @@ def _text(path: Path) -> str:
         with path.open("rb") as file:  # a device has no size, so the reading itself is bounded
             data = file.read(MOST_BYTES + 1)
         if len(data) > MOST_BYTES:
-            raise FileUnreadable(path=path, reason=f"it is larger than {MOST_BYTES} bytes")
+            raise FileUnreadable(path=path, reason=phrase("it is larger than {most} bytes", most=MOST_BYTES))
         return data.decode("utf-8")
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
@@ -53,9 +54,9 @@ def _unique_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:
 def _add(once: dict[Any, Any], key: object, value: object) -> None:
     """Add a pair; raises `ValueError` for a key that `once` has, or that is no text or number."""
     if not isinstance(key, Hashable):
-        raise ValueError(f"a key must be a text, not {key!r}")  # noqa: TRY004 - a parse error like the others
+        raise ValueError(phrase("a key must be a text, not {key!r}", key=key))  # noqa: TRY004 - a parse error like the others
     if key in once:
-        raise ValueError(f"the key {key!r} stands twice")
+        raise ValueError(phrase("the key {key!r} stands twice", key=key))
     once[key] = value
 
 
@@ -73,7 +74,7 @@ class _Loader(yaml.SafeLoader):
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         if self.check_event(yaml.AliasEvent):
-            raise ComposerError(None, None, "aliases (*name) are not accepted", self.peek_event().start_mark)
+            raise ComposerError(None, None, phrase("aliases (*name) are not accepted"), self.peek_event().start_mark)
         return super().compose_node(parent, index)
 
 
@@ -184,7 +185,7 @@ def write_yaml(data: Any) -> str:
 
 def _first_line(error: Exception) -> str:
     if isinstance(error, RecursionError):
-        return "it is nested too deeply"
+        return phrase("it is nested too deeply")
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None) or str(error).partition("\n")[0]
-    return f"{problem} (line {mark.line + 1})" if mark is not None else problem
+    return problem if mark is None else phrase("{problem} (line {number})", problem=problem, number=mark.line + 1)

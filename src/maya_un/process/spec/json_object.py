@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, NoReturn
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidRequest
 
 MOST_VALUES = 100_000
@@ -25,7 +26,7 @@ def decode_object(body: bytes) -> dict[str, Any]:
     except RecursionError as error:
         raise InvalidRequest(key="body", reason="it is nested too deeply") from error
     except ValueError as error:
-        raise InvalidRequest(key="body", reason=f"it is not JSON ({error})") from error
+        raise InvalidRequest(key="body", reason=phrase("it is not JSON ({error})", error=error)) from error
     if not isinstance(value, dict):
         raise InvalidRequest(key="body", reason="it is not a JSON object")
     return value
@@ -35,17 +36,17 @@ def require_few(text: str | bytes, key: str = "body") -> None:
     """Raise `InvalidRequest` if JSON has more than `MOST_VALUES`; count punctuation instead of parsing."""
     marks = map(text.count, ",:[{") if isinstance(text, str) else map(text.count, b",:[{")
     if sum(marks) > MOST_VALUES:
-        raise InvalidRequest(key=key, reason=f"it has more than {MOST_VALUES} values")
+        raise InvalidRequest(key=key, reason=phrase("it has more than {most} values", most=MOST_VALUES))
 
 
 def _unique_json_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     once: dict[str, Any] = {}
     for key, value in pairs:
         if key in once:
-            raise ValueError(f"the key {key!r} stands twice")
+            raise ValueError(phrase("the key {key!r} stands twice", key=key))
         once[key] = value
     return once
 
 
 def _refuse_constant(name: str) -> NoReturn:
-    raise ValueError(f"{name} is not a number in JSON")
+    raise ValueError(phrase("{name} is not a number in JSON", name=name))

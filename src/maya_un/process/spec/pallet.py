@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from math import acos, degrees, dist, pi, radians, sqrt
 from typing import NamedTuple, Self
 
+from dmc41x3.i18n import phrase
 from maya_un.values import FARTHEST, Point
 
 MOST_CELLS = 1_000
@@ -60,8 +61,8 @@ class RectangleError:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Deviations beyond tolerance, in words; the grid is used as taught."""
-        flat = f"its corners are {self.flatness * 1e3:.1f} mm off a plane"
-        square = f"its corners are {degrees(self.squareness):.1f} degrees off a right angle"
+        flat = phrase("its corners are {distance:.1f} mm off a plane", distance=self.flatness * 1e3)
+        square = phrase("its corners are {angle:.1f} degrees off a right angle", angle=degrees(self.squareness))
         return (flat,) * (self.flatness > FLAT) + (square,) * (self.squareness > SQUARE)
 
 
@@ -95,7 +96,7 @@ class Pallet:
     @property
     def extent(self) -> str:
         """The ranges of rows and columns, in words."""
-        return f"it has rows 1 to {self.rows} and columns 1 to {self.columns}"
+        return phrase("it has rows 1 to {rows} and columns 1 to {columns}", rows=self.rows, columns=self.columns)
 
     def cells(self) -> Iterator[Cell]:
         """Yield every cell, row by row."""
@@ -140,12 +141,12 @@ class Pallet:
     def _check_corners(self) -> None:
         first, right, low, last = self.corners
         if not all(abs(value) <= FARTHEST for corner in self.corners for value in corner):
-            raise ValueError(f"a corner lies more than {FARTHEST:g} m away")
+            raise ValueError(phrase("a corner lies more than {most:g} m away", most=FARTHEST))
         along_rows = ((self.columns, first, right), (self.columns, low, last))
         along_columns = ((self.rows, first, low), (self.rows, right, last))
         for count, one, other in (*along_rows, *along_columns):
             if count > 1 and dist(one, other) < _COINCIDE * (count - 1):
-                raise ValueError("two of its cells would stand in the same place")
+                raise ValueError(phrase("two of its cells would stand in the same place"))
         if self.rows > 1 and self.columns > 1:
             self._check_order()
 
@@ -155,18 +156,32 @@ class Pallet:
         for row, column in self._sides():
             if _dot(_cross(row, column), normal) <= _FLAT_CORNER * _dot(row, row) * _dot(column, column):
                 raise ValueError(
-                    "its corners span no grid; they are the first and the last cell of the first row, "
-                    "then the first and the last cell of the last row"
+                    phrase(
+                        "its corners span no grid; they are the first and the last cell of the first row, "
+                        "then the first and the last cell of the last row"
+                    )
                 )
 
 
 def check_counts(rows: int, columns: int, corners: int) -> None:
     """Raise `ValueError` for an impossible grid, or one that cannot have `corners` corners."""
     if rows < 1 or columns < 1 or rows * columns > MOST_CELLS:
-        raise ValueError(f"a pallet has 1 to {MOST_CELLS} cells, not {rows} x {columns}")
+        raise ValueError(
+            phrase(
+                "a pallet has 1 to {most} cells, not {rows} x {columns}", most=MOST_CELLS, rows=rows, columns=columns
+            )
+        )
     least = 1 + (rows > 1) + (columns > 1)
     if not least <= corners <= 4:
-        raise ValueError(f"{rows} x {columns} cells have {least} to 4 corners, not {corners}")
+        raise ValueError(
+            phrase(
+                "{rows} x {columns} cells have {least} to 4 corners, not {corners}",
+                rows=rows,
+                columns=columns,
+                least=least,
+                corners=corners,
+            )
+        )
 
 
 def _four(corners: Sequence[Point], rows: int, columns: int) -> tuple[Point, Point, Point, Point]:

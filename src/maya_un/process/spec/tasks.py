@@ -29,6 +29,7 @@ from itertools import product
 from math import dist
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue, UnknownName
 from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of, step_text
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
@@ -188,10 +189,13 @@ class NameResolver:
             raise UnknownName(name=text, known=", ".join(known) or "no pallets", key=key)
         pallet = self._pallet(reference.pallet, key)
         if isinstance(reference.which, str):
-            raise InvalidJob(key=key, reason=f"a loop goes through {reference.pallet}, not through {text}")
+            raise InvalidJob(
+                key=key,
+                reason=phrase("a loop goes through {pallet}, not through {text}", pallet=reference.pallet, text=text),
+            )
         found = chosen_cells(reference, pallet)
         if not found:
-            raise InvalidJob(key=key, reason=f"there is no {text}: {pallet.extent}")
+            raise InvalidJob(key=key, reason=phrase("there is no {text}: {extent}", text=text, extent=pallet.extent))
         return tuple(PalletLoop(reference.pallet, cell) for cell in found)
 
     def spot(
@@ -216,21 +220,26 @@ class NameResolver:
         try:
             return NamedPlace(self._pallet(reference.pallet, key).place(cell), name)
         except ValueError as error:
-            raise InvalidJob(key=key, reason=f"there is no {name}: {error}") from error
+            raise InvalidJob(key=key, reason=phrase("there is no {name}: {error}", name=name, error=error)) from error
 
     def _part(self, name: str, place: Point | None, key: str) -> Point:
         if place is None:
-            raise InvalidJob(key=key, reason=f"the place of {name!r} is unknown after the gripper was opened on it")
+            raise InvalidJob(
+                key=key, reason=phrase("the place of {name!r} is unknown after the gripper was opened on it", name=name)
+            )
         return place
 
     def _pose(self, name: str, key: str) -> Point:
         if self._is_pallet(name):
-            raise InvalidJob(key=key, reason=f"{name} is a pallet; name a cell: {name}[1,1] or {name}[{NEXT}]")
+            raise InvalidJob(
+                key=key,
+                reason=phrase("{name} is a pallet; name a cell: {name}[1,1] or {name}[{next}]", name=name, next=NEXT),
+            )
         if name not in self._taught.poses:
             self._unknown(name, key)
         point = self._taught.poses[name].point
         if point is None:
-            raise InvalidJob(key=key, reason=f"the lines of {name!r} cannot meet; teach it again")
+            raise InvalidJob(key=key, reason=phrase("the lines of {name!r} cannot meet; teach it again", name=name))
         return point
 
     def _unknown(self, name: str, key: str) -> NoReturn:
@@ -266,25 +275,41 @@ class NameResolver:
         name = reference.pallet
         if reference.which == EACH:
             if loop is None or loop.pallet != name:
-                raise InvalidJob(key=key, reason=f"{name}[{EACH}] is for the steps of a loop over {name}")
+                raise InvalidJob(
+                    key=key,
+                    reason=phrase("{name}[{each}] is for the steps of a loop over {name}", name=name, each=EACH),
+                )
             return loop.cell
         if reference.which == NEXT:
             return self._next(name, key, command)
         cell = reference.cell
         if cell is None:
-            raise InvalidJob(key=key, reason=f"a step goes to one cell of {name}; * is for loops")
+            raise InvalidJob(key=key, reason=phrase("a step goes to one cell of {name}; * is for loops", name=name))
         return cell
 
     def _next(self, name: str, key: str, command: str) -> Cell:
         """Return the first cell of a pallet that no step `command` has used; raises `InvalidJob`."""
         if PRIMITIVES[command].harmless():
-            raise InvalidJob(key=key, reason=f"{name}[{NEXT}] is for pick and place, which count their cells apart")
+            raise InvalidJob(
+                key=key,
+                reason=phrase(
+                    "{name}[{next}] is for pick and place, which count their cells apart", name=name, next=NEXT
+                ),
+            )
         pallet = self._pallet(name, key)
         ahead = self._ahead.setdefault((name, command), pallet.cells())
         used = self._used[name, command]
         free = next((cell for cell in ahead if cell not in used), None)
         if free is None:
-            raise InvalidJob(key=key, reason=f"all {len(pallet)} cells of {name} have had their {command} already")
+            raise InvalidJob(
+                key=key,
+                reason=phrase(
+                    "all {count} cells of {name} have had their {command} already",
+                    count=len(pallet),
+                    name=name,
+                    command=command,
+                ),
+            )
         return free
 
 

@@ -17,6 +17,7 @@ from enum import Enum, auto
 from reprlib import repr
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue
 from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
@@ -187,7 +188,7 @@ def read_point(value: object, key: str, grasp_height: float) -> Point:
     if isinstance(value, Mapping):
         numbers = _by_name(value, "xyz", key, optional="z")
     else:
-        numbers = _in_order(value, key, (2, 3), "[x, y] or [x, y, z] in metres")
+        numbers = _in_order(value, key, (2, 3), phrase("it must be [x, y] or [x, y, z] in metres"))
     return Point(numbers[0], numbers[1], numbers[2] if len(numbers) > 2 else grasp_height)
 
 
@@ -195,12 +196,12 @@ def read_joints(value: object, key: str) -> Joints:
     """Return [a, b, c] or {"a": …, "b": …, "c": …} as joints (rad, m, m); raises `InvalidValue` naming `key`."""
     if isinstance(value, Mapping):
         return Joints(*_by_name(value, "abc", key))
-    return Joints(*_in_order(value, key, (3,), "[a, b, c] in radians and metres"))
+    return Joints(*_in_order(value, key, (3,), phrase("it must be [a, b, c] in radians and metres")))
 
 
-def _in_order(value: object, key: str, lengths: tuple[int, ...], form: str) -> list[float]:
+def _in_order(value: object, key: str, lengths: tuple[int, ...], reason: str) -> list[float]:
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) not in lengths:
-        raise InvalidValue(key=key, value=repr(value), reason=f"it must be {form}")
+        raise InvalidValue(key=key, value=repr(value), reason=reason)
     return [_number(item, f"{key}.{place}") for place, item in enumerate(value)]
 
 
@@ -208,7 +209,9 @@ def _by_name(value: Mapping[object, object], names: str, key: str, optional: str
     for name in value:
         if not isinstance(name, str) or name not in tuple(names):
             raise InvalidValue(
-                key=f"{key}.{name}", value=repr(value[name]), reason=f"it must have {', '.join(names)} only"
+                key=f"{key}.{name}",
+                value=repr(value[name]),
+                reason=phrase("it must have {names} only", names=", ".join(names)),
             )
     for name in names:
         if name not in value and name not in optional:

@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, NotSignedIn
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
@@ -125,7 +126,11 @@ _LONGEST = 200
 def require_note(note: str) -> None:
     """Raise `InvalidValue` if a note is not one line of at most 200 characters."""
     if len(note) > _LONGEST or not note.isprintable():
-        raise InvalidValue(key="note", value=repr(note), reason=f"it must be one line of at most {_LONGEST} characters")
+        raise InvalidValue(
+            key="note",
+            value=repr(note),
+            reason=phrase("it must be one line of at most {most} characters", most=_LONGEST),
+        )
 
 
 class FixedCalendar:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from typing import NamedTuple
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, NotAllowed
 from maya_un.schema.people import RoleName
 
@@ -34,7 +35,7 @@ class Role(IntEnum):
             if role.word == word:
                 return role
         known = ", ".join(role.word for role in cls)
-        raise InvalidValue(key="role", value=repr(word), reason=f"it must be one of {known}")
+        raise InvalidValue(key="role", value=repr(word), reason=phrase("it must be one of {choices}", choices=known))
 
 
 assert set(RoleName.__args__) == {role.word for role in Role}

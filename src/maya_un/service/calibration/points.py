@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from dmc41x3.files import open_own, writable_place
+from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
 from maya_un.kinematics.calibration import Observations
@@ -107,7 +108,7 @@ def content(path: Path) -> bytes:
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
     if len(data) > MOST_BYTES:
-        raise FileUnreadable(path=path, reason=f"it is larger than {MOST_BYTES} bytes")
+        raise FileUnreadable(path=path, reason=phrase("it is larger than {most} bytes", most=MOST_BYTES))
     return data
 
 
@@ -134,7 +135,7 @@ class _PointTable:
         self._columns = self._understood(line)
         self._sigma = "sigma" in self._head
         if datum is not None and self._columns["a"] == "a_rad":
-            raise self._wrong(line, "a_rad", "", "a file with a datum holds counts")
+            raise self._wrong(line, "a_rad", "", phrase("a file with a datum holds counts"))
 
     def observations(self, rows: Sequence[tuple[int, list[str]]]) -> Observations:
         """Return the points of all rows; raises `FileUnreadable` without rows."""
@@ -150,22 +151,30 @@ class _PointTable:
         return Observations(counts, points, sigma, tuple(number for number, _ in rows))
 
     def _wrong(self, line: int, column: str, value: object, reason: str) -> InvalidValue:
-        return InvalidValue(key=f"{self._path.name}, row {line}, column {column}", value=repr(value), reason=reason)
+        return InvalidValue(
+            key=phrase("{file}, row {line}, column {column}", file=self._path.name, line=line, column=column),
+            value=repr(value),
+            reason=reason,
+        )
 
     def _understood(self, line: int) -> Mapping[str, str]:
         """Return the column of each axis; raises `InvalidValue` for an invalid header."""
         known = {"a", "b", "c", *(f"{axis}_counts" for axis in AXES), *_JOINTS.values(), *_PLACE, "sigma"}
         for name in self._head:
             if name not in known or self._head.count(name) > 1:
-                reason = "it stands twice" if name in known else f"the columns are {_HEAD}, separated by commas"
+                reason = (
+                    phrase("it stands twice")
+                    if name in known
+                    else phrase("the columns are {columns}, separated by commas", columns=_HEAD)
+                )
                 raise self._wrong(line, name, name, reason)
         columns = self._axes()
         if columns is None:
-            raise self._wrong(line, "a", ",".join(self._head), f"the columns are {_HEAD}")
+            raise self._wrong(line, "a", ",".join(self._head), phrase("the columns are {columns}", columns=_HEAD))
         missing = [name for name in _PLACE if name not in self._head]
         extra = [name for name in self._head if name not in {*columns.values(), *_PLACE, "sigma"}]
         if missing or extra:
-            reason = "it is missing" if missing else "counts or joints, not both"
+            reason = phrase("it is missing") if missing else phrase("counts or joints, not both")
             raise self._wrong(line, (missing or extra)[0], ",".join(self._head), reason)
         return columns
 
@@ -178,7 +187,9 @@ class _PointTable:
     def _row(self, line: int, cells: Sequence[str]) -> list[float]:
         """Return counts, place and sigma of a row; raises `InvalidValue`."""
         if len(cells) != len(self._head):
-            reason = f"the head names {len(self._head)} columns, here are {len(cells)}"
+            reason = phrase(
+                "the head names {columns} columns, here are {given}", columns=len(self._head), given=len(cells)
+            )
             raise self._wrong(line, self._head[min(len(cells), len(self._head) - 1)], ",".join(cells), reason)
         said = dict(zip(self._head, cells, strict=True))
         row = [self._number(line, column, said[column]) for column in (*self._columns.values(), *_PLACE)]
@@ -188,7 +199,7 @@ class _PointTable:
         if self._sigma:
             sigma = self._number(line, "sigma", said["sigma"])
             if not 0.0 < sigma < 1.0:
-                raise self._wrong(line, "sigma", said["sigma"], "it is above 0 and below 1 m")
+                raise self._wrong(line, "sigma", said["sigma"], phrase("it is above 0 and below 1 m"))
             row.append(sigma)
         return row
 
@@ -196,29 +207,31 @@ class _PointTable:
         try:
             value = float(text)
         except ValueError:
-            raise self._wrong(line, column, text, "it is a number with a point, without a unit") from None
+            raise self._wrong(line, column, text, phrase("it is a number with a point, without a unit")) from None
         if not isfinite(value):
-            raise self._wrong(line, column, text, "it is not finite")
+            raise self._wrong(line, column, text, phrase("it is not finite"))
         return value
 
     def _require_counts(self, line: int, largest: Sequence[float]) -> None:
         """Refuse lengths in columns of counts: a line is thousands of counts long."""
         column = self._columns["b"]
         if column not in _JOINTS.values() and largest[1] < 100.0 and largest[2] < 100.0:
-            reason = "these look like lengths; call the columns a_rad, b_m, c_m"
+            reason = phrase("these look like lengths; call the columns a_rad, b_m, c_m")
             raise self._wrong(line, column, largest[1], reason)
 
     def _require_possible(self, line: int, row: Sequence[float]) -> None:
         joints = [row[axis] / self._per_unit[axis] for axis in range(3)]
         if abs(joints[0]) > 2.0 * pi:
-            raise self._wrong(line, self._columns["a"], row[0], f"that is {joints[0]:.4g} rad, more than a turn")
+            raise self._wrong(
+                line, self._columns["a"], row[0], phrase("that is {angle:.4g} rad, more than a turn", angle=joints[0])
+            )
         for axis in (1, 2):
             if not 0.0 < joints[axis] < LONGEST:
-                reason = f"that is a line of {joints[axis]:.4g} m"
+                reason = phrase("that is a line of {length:.4g} m", length=joints[axis])
                 raise self._wrong(line, self._columns[AXES[axis]], row[axis], reason)
         for column, value in zip(_PLACE, row[3:6], strict=True):
             if abs(value) > LONGEST:
-                raise self._wrong(line, column, value, "it is a length in m; this looks like millimetres")
+                raise self._wrong(line, column, value, phrase("it is a length in m; this looks like millimetres"))
 
 
 _HEAD = "a,b,c,x,y,z and perhaps sigma (a_rad,b_m,c_m where they are joints)"
@@ -266,7 +279,7 @@ def require_same_origin(measured: PointFile, path: Path, config: Config) -> None
     """Raise `InvalidValue` unless rows of `PointNotebook` with this configuration can be appended to a file."""
     datum = measured.datum
     if measured.head != HEAD or datum is None or dist(datum, datum_of(config)) > _WHOLE:
-        reason = "another command or configuration created it; give another file"
+        reason = phrase("another command or configuration created it; give another file")
         raise InvalidValue(key="FILE", value=str(path), reason=reason)
 
 
@@ -290,7 +303,9 @@ def deviation(measured: Point, expected: Point) -> float:
             raise InvalidValue(key=axis, value=value, reason="that is in m; write mm behind millimetres")
     off = dist(expected, measured)
     if off > MOST_OFF:
-        reason = f"that is {off:.1f} m from where the configuration has it; mind the order and the signs"
+        reason = phrase(
+            "that is {off:.1f} m from where the configuration has it; mind the order and the signs", off=off
+        )
         raise InvalidValue(key="x y z", value=repr(tuple(measured)), reason=reason)
     return off
 

@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.config.files import replace
 from maya_un.controller.protocol import Controller
@@ -122,7 +123,7 @@ class CalibrationService:
         if not self._extendable(measured):
             raise InvalidRequest(key="point", reason="the other points have another configuration; remove them first")
         if measured is not None and len(measured.observations) >= MOST_POINTS:
-            raise InvalidRequest(key="point", reason=f"there are {MOST_POINTS} points already")
+            raise InvalidRequest(key="point", reason=phrase("there are {most} points already", most=MOST_POINTS))
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             if measured is None:
