@@ -17,6 +17,7 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import to_json
 from websockets.exceptions import InvalidStatus, WebSocketException
 
+from dmc41x3.i18n import phrase
 from maya_un import credentials, runtime
 from maya_un.client.request import Answer, Request, get
 from maya_un.errors import (
@@ -31,6 +32,7 @@ from maya_un.errors import (
     from_notice,
     from_sentence,
 )
+from maya_un.validation import reason_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +137,7 @@ T = TypeVar("T")
 VERSION_HEADER = "Maya"
 """Every answer of a Maya service has this header; it reveals another program that answers at an old port."""
 
-_NOBODY = "another program answers at its address"
+_NOBODY = phrase("another program answers at its address")
 
 
 class EncodedRequest(NamedTuple):
@@ -183,7 +185,7 @@ def decoded(request: Request[T], status: int, headers: Mapping[str, str], conten
     try:
         return adapter(request.answer).validate_json(content)
     except ValidationError as error:
-        reason = f"its answer is not understood: {error.errors(include_url=False)[0]['msg']}"
+        reason = phrase("its answer is not understood: {answer}", answer=reason_of(error.errors(include_url=False)[0]))
         raise ServiceNotAnswering(reason=reason) from error
 
 
@@ -200,7 +202,9 @@ def decoded_message(text: str | bytes) -> dict[str, Any]:
             return found
         error = from_notice(int(found["code"]), dict(found["details"]))
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as problem:
-        raise ServiceNotAnswering(reason=f"its message is not understood: {text[:200]!r}") from problem
+        raise ServiceNotAnswering(
+            reason=phrase("its message is not understood: {text!r}", text=text[:200])
+        ) from problem
     raise error
 
 
@@ -210,7 +214,9 @@ def refusal(content: bytes) -> MayaError:
         problem: dict[str, Any] = json.loads(content)
         return from_notice(int(problem["code"]), dict(problem["details"]), str(problem.get("detail", "")))
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError):
-        return ServiceNotAnswering(reason=f"its answer is not understood: {content[:200].decode(errors='replace')}")
+        return ServiceNotAnswering(
+            reason=phrase("its answer is not understood: {answer}", answer=content[:200].decode(errors="replace"))
+        )
 
 
 @cache

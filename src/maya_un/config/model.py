@@ -10,9 +10,11 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, 
 from pydantic_core import ErrorDetails
 
 from dmc41x3.address import split
+from dmc41x3.i18n import phrase
 from maya_un import manual
 from maya_un.errors import InvalidRequest
 from maya_un.namespace import robot_name
+from maya_un.validation import reason_of
 
 Metres = Annotated[float, Field(gt=0.0, le=10.0)]
 """A length [m]; the upper bound catches millimetres."""
@@ -52,17 +54,16 @@ def flaws(error: ValidationError, tags: tuple[str, ...] = ()) -> list[Flaw]:
 
 
 def _flaw(first: ErrorDetails, tags: tuple[str, ...]) -> Flaw:
-    place, value, reason = [part for part in first["loc"] if part not in tags], first["input"], first["msg"]
-    cause = first.get("ctx", {}).get("error")
+    place, value, context = [part for part in first["loc"] if part not in tags], first["input"], first.get("ctx", {})
+    cause = context.get("error")
     if isinstance(cause, Contradiction):
-        place, value, reason = [*place, cause.key], cause.value, str(cause)
-    elif first["type"] == "extra_forbidden":
-        reason = "there is no such key"
-    elif first["type"] == "missing":
-        reason = "it is missing"
-    elif first["type"] in _UNKNOWN_KIND:
-        place, value, reason = [*place, "kind"], first.get("ctx", {}).get("tag"), f"it must be one of {', '.join(tags)}"
-    return Flaw(".".join(str(part) for part in place), value, reason.removeprefix("Value error, "))
+        place, value = [*place, cause.key], cause.value
+    if first["type"] in _UNKNOWN_KIND:
+        place, value = [*place, "kind"], context.get("tag")
+        reason = phrase("it must be one of {choices}", choices=", ".join(tags))
+    else:
+        reason = reason_of(first)
+    return Flaw(".".join(str(part) for part in place), value, reason)
 
 
 _UNKNOWN_KIND = {"union_tag_invalid", "union_tag_not_found"}
@@ -97,7 +98,7 @@ class BoxConfig(ConfigSection):
     @model_validator(mode="after")
     def _has_volume(self) -> Self:
         if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
-            raise Contradiction("low", self.low, "each of its coordinates must be smaller than that of high")
+            raise Contradiction("low", self.low, phrase("each of its coordinates must be smaller than that of high"))
         return self
 
 
@@ -117,7 +118,7 @@ class CylinderConfig(ConfigSection):
     @model_validator(mode="after")
     def _has_volume(self) -> Self:
         if self.low >= self.high:
-            raise Contradiction("low", self.low, "it must be smaller than high")
+            raise Contradiction("low", self.low, phrase("it must be smaller than high"))
         return self
 
 
@@ -134,7 +135,7 @@ class HalfSpaceConfig(ConfigSection):
     @model_validator(mode="after")
     def _has_direction(self) -> Self:
         if not hypot(*self.normal) > 1e-6:
-            raise Contradiction("normal", self.normal, "it must point somewhere")
+            raise Contradiction("normal", self.normal, phrase("it must point somewhere"))
         return self
 
 
@@ -273,9 +274,11 @@ class Geometry(ConfigSection):
     @model_validator(mode="after")
     def _possible(self) -> Self:
         if self.delta >= self.length:
-            raise Contradiction("delta", self.delta, "it must be smaller than length: anchor b is nearer than anchor c")
+            raise Contradiction(
+                "delta", self.delta, phrase("it must be smaller than length: anchor b is nearer than anchor c")
+            )
         if self.gripper_height >= self.height:
-            reason = "it must be smaller than height: the gripper hangs above the table"
+            reason = phrase("it must be smaller than height: the gripper hangs above the table")
             raise Contradiction("gripper_height", self.gripper_height, reason)
         return self
 
@@ -312,9 +315,9 @@ class AxisConfig(ConfigSection):
     @model_validator(mode="after")
     def _ordered(self) -> Self:
         if self.minimum >= self.maximum:
-            raise Contradiction("minimum", self.minimum, "it must be smaller than maximum")
+            raise Contradiction("minimum", self.minimum, phrase("it must be smaller than maximum"))
         if self.stop_deceleration_counts < self.deceleration_counts:
-            reason = "it must not be smaller than deceleration_counts"
+            reason = phrase("it must not be smaller than deceleration_counts")
             raise Contradiction("stop_deceleration_counts", self.stop_deceleration_counts, reason)
         return self
 
@@ -361,15 +364,15 @@ class Axes(ConfigSection):
     def _distinct(self) -> Self:
         letters = "".join(axis.letter for axis in (self.a, self.b, self.c))
         if sorted(letters) != ["A", "B", "C"]:
-            raise Contradiction("*.letter", letters, "the three axes are A, B and C, each once")
+            raise Contradiction("*.letter", letters, phrase("the three axes are A, B and C, each once"))
         for name, line in (("b", self.b), ("c", self.c)):
             if line.minimum < 0.0:
-                raise Contradiction(f"{name}.minimum", line.minimum, "a line has a length, 0 or more")
+                raise Contradiction(f"{name}.minimum", line.minimum, phrase("a line has a length, 0 or more"))
         if self.a.maximum > 2 * pi:
-            reason = "it must be an angle in radians, at most 2 pi; this looks like degrees"
+            reason = phrase("it must be an angle in radians, at most 2 pi; this looks like degrees")
             raise Contradiction("a.maximum", self.a.maximum, reason)
         if self.a.maximum - self.a.minimum > 2 * pi:
-            reason = "to maximum it is more than a whole turn, and a place would have two angles"
+            reason = phrase("to maximum it is more than a whole turn, and a place would have two angles")
             raise Contradiction("a.minimum", self.a.minimum, reason)
         return self
 
@@ -421,9 +424,11 @@ class SafetyConfig(ConfigSection):
     @model_validator(mode="after")
     def _holds(self) -> Self:
         if self.off_on_error == 1 and not self.self_locking:
-            raise Contradiction("off_on_error", 1, "it would drop the load, because self_locking is false")
+            raise Contradiction("off_on_error", 1, phrase("it would drop the load, because self_locking is false"))
         if 0.0 < self.guard_time < 0.1:
-            raise Contradiction("guard_time", self.guard_time, "a host is often silent for so long; take 0.1 or more")
+            raise Contradiction(
+                "guard_time", self.guard_time, phrase("a host is often silent for so long; take 0.1 or more")
+            )
         return self
 
 
@@ -484,11 +489,11 @@ class Config(ConfigSection):
     def _reachable(self) -> Self:
         width, b, c = self.geometry.width, self.axes.b, self.axes.c
         if b.maximum + c.maximum <= width:
-            reason = "with axes.c.maximum it must exceed length - delta, or the lines never meet"
+            reason = phrase("with axes.c.maximum it must exceed length - delta, or the lines never meet")
             raise Contradiction("axes.b.maximum", b.maximum, reason)
         for name, line in (("b", b), ("c", c)):
             if line.minimum >= width:
-                reason = "it must be smaller than length - delta, or nothing is reachable"
+                reason = phrase("it must be smaller than length - delta, or nothing is reachable")
                 raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
         return self
 
@@ -496,16 +501,18 @@ class Config(ConfigSection):
     def _cell_below_anchors(self) -> Self:
         grasp, highest = self.cell.grasp_height, self.geometry.height - self.geometry.gripper_height
         if grasp + self.cell.clearance >= highest:
-            reason = f"with the clearance it must stay below {highest:g}, where the lines are straight"
+            reason = phrase(
+                "with the clearance it must stay below {highest:g}, where the lines are straight", highest=highest
+            )
             raise Contradiction("cell.grasp_height", grasp, reason)
         return self
 
     @model_validator(mode="after")
     def _outputs_are_different(self) -> Self:
         if len(set(self.controller.outputs)) < len(self.controller.outputs):
-            raise Contradiction("controller.outputs", list(self.controller.outputs), "an output is named twice")
+            raise Contradiction("controller.outputs", list(self.controller.outputs), phrase("an output is named twice"))
         if self.gripper.output in self.controller.outputs:
-            raise Contradiction("controller.outputs", self.gripper.output, "it is the output of the gripper")
+            raise Contradiction("controller.outputs", self.gripper.output, phrase("it is the output of the gripper"))
         return self
 
     @model_validator(mode="after")
@@ -513,6 +520,6 @@ class Config(ConfigSection):
         names: set[str] = set()
         for number, zone in enumerate(self.zones):
             if zone.name in names:
-                raise Contradiction(f"zones.{number}.name", zone.name, "another zone has this name")
+                raise Contradiction(f"zones.{number}.name", zone.name, phrase("another zone has this name"))
             names.add(zone.name)
         return self

@@ -16,6 +16,7 @@ from maya_un.http.errors import language_of, problem
 from maya_un.http.middleware import LONG
 from maya_un.process.spec.json_object import decode_object
 from maya_un.schema.encoding import to_json
+from maya_un.validation import reason_of
 
 MOST = 2**53
 """The greatest number that JSON carries exactly."""
@@ -53,14 +54,9 @@ def refusal(error: ValidationError) -> MayaError:
     """Return Maya's error for the first error that pydantic found."""
     first = error.errors(include_url=False)[0]
     key = ".".join(str(part) for part in first["loc"]) or "body"
-    match first["type"]:
-        case "missing":
-            return InvalidRequest(key=key, reason="it is missing")
-        case "unexpected_keyword_argument" | "extra_forbidden":
-            return InvalidRequest(key=key, reason="there is no such key")
-        case _:
-            words = first["msg"].removeprefix("Value error, ").removeprefix("Input ")
-            return InvalidValue(key=key, value=repr(first["input"])[:64], reason=f"it {words}")
+    if first["type"] in {"missing", "unexpected_keyword_argument", "extra_forbidden"}:
+        return InvalidRequest(key=key, reason=reason_of(first))
+    return InvalidValue(key=key, value=repr(first["input"])[:64], reason=reason_of(first))
 
 
 async def on_validation_error(request: Request, error: Exception) -> Response:
@@ -68,7 +64,7 @@ async def on_validation_error(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     key = ".".join(str(part) for part in first["loc"])
-    return problem(InvalidRequest(key=key, reason=first["msg"]), language_of(request.headers))
+    return problem(InvalidRequest(key=key, reason=reason_of(first)), language_of(request.headers))
 
 
 def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None, optional: bool = False) -> Any:

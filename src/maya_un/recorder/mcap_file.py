@@ -18,6 +18,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from pydantic import TypeAdapter, ValidationError
 
+from dmc41x3.i18n import phrase
 from dmc41x3.wire.framing import RecordReply
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.errors import FileUnreadable
@@ -25,6 +26,7 @@ from maya_un.events import Event, event_of
 from maya_un.recorder import exchanges
 from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.recording import Header, Recording, TimeSpan, plain
+from maya_un.validation import reason_of
 from maya_un.values import AXES, Mode, State
 
 _NUMBER: dict[str, Any] = {"type": "number"}
@@ -270,18 +272,18 @@ def readable(path: Path) -> Iterator[IO[bytes]]:
     except OSError as error:
         raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
     except ValidationError as error:
-        reason = error.errors(include_url=False)[0]["msg"]
-        raise FileUnreadable(path=path, reason=f"it is no recording: {reason}") from error
+        reason = reason_of(error.errors(include_url=False)[0])
+        raise FileUnreadable(path=path, reason=phrase("it is no recording: {reason}", reason=reason)) from error
     except Exception as error:  # a damaged file makes the library raise any error of its parts
         words = str(error) or type(error).__name__
-        raise FileUnreadable(path=path, reason=f"it is no recording: {words}") from error
+        raise FileUnreadable(path=path, reason=phrase("it is no recording: {reason}", reason=words)) from error
 
 
 def _header(file: IO[bytes]) -> Header:
     for record in make_reader(file, validate_crcs=True).iter_metadata():
         if record.name == METADATA:
             return Header.from_json(record.metadata["header"])
-    raise ValueError(f"it holds no {METADATA}")
+    raise ValueError(phrase("it holds no {name}", name=METADATA))
 
 
 def read_from(file: IO[bytes]) -> Recording:
@@ -334,7 +336,7 @@ def _read_event(found: dict[str, Any]) -> Event:
 def _read_piece(found: dict[str, Any]) -> WirePiece:
     side = found["from"]
     if side not in {"client", "controller"}:
-        raise ValueError(f"unknown sender {side!r}")
+        raise ValueError(phrase("unknown sender {side!r}", side=side))
     event = str(found.get("event", ""))
     data = b"" if event else str(found["data"]).encode("latin-1")
     return WirePiece(float(found["t"]), int(found["link"]), side, data, event)

@@ -13,9 +13,11 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
 import maya_un
+from dmc41x3.i18n import phrase
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.config import Config
 from maya_un.events import Event
+from maya_un.validation import reason_of
 from maya_un.values import State
 
 FORMAT = "maya-recording"
@@ -126,9 +128,11 @@ class Header:
         try:
             found = _adapter().validate_json(text)
         except ValidationError as error:
-            raise ValueError(f"its header is none: {error.errors(include_url=False)[0]['msg']}") from error
+            raise ValueError(
+                phrase("its header is none: {message}", message=reason_of(error.errors(include_url=False)[0]))
+            ) from error
         if (found.format, found.version) != (FORMAT, VERSION):
-            raise ValueError(f"it is no {FORMAT} of version {VERSION}")
+            raise ValueError(phrase("it is no {format} of version {version}", format=FORMAT, version=VERSION))
         return found
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
+from dmc41x3.i18n import phrase
 from maya_un.schema.people import LONGEST, PATIENCE, RoleName
 from maya_un.values import FARTHEST, JOG_AXES
 
@@ -35,7 +36,7 @@ Password = Annotated[str, Field(max_length=256, json_schema_extra={"format": "pa
 
 def _one_way(direction: int) -> int:
     if direction not in {1, -1}:
-        raise ValueError("must be 1 or -1")
+        raise ValueError(phrase("it must be 1 or -1"))
     return direction
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from pydantic import ValidationError
 
+from dmc41x3.i18n import phrase
 from maya_un.config.model import MOST_ZONES, AnyZone, parse_zone
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, InvalidRequest, InvalidValue, NotConnected, NotFound, NotHomed, NotTaught
@@ -14,6 +15,7 @@ from maya_un.kinematics.zones import Zone, written, zone_of
 from maya_un.process.spec.job import Grid
 from maya_un.process.spec.poses import PoseStore, TaughtPallet
 from maya_un.schema.jobs import PalletInfo, TaughtPose
+from maya_un.validation import reason_of
 from maya_un.values import Joints, Mode
 
 
@@ -31,7 +33,9 @@ def put_zone(controller: Controller, data: Mapping[str, object]) -> AnyZone:
     new = parse_zone(data)
     zones = {zone.name: zone for zone in controller.zones} | {new.name: zone_of(new)}
     if len(zones) > MOST_ZONES:
-        raise InvalidRequest(key="zone", reason=f"at most {MOST_ZONES} zones may exist; remove one first")
+        raise InvalidRequest(
+            key="zone", reason=phrase("at most {most} zones may exist; remove one first", most=MOST_ZONES)
+        )
     controller.set_zones(list(zones.values()))
     return new
 
@@ -179,4 +183,4 @@ def _grid(data: Mapping[str, object]) -> Grid:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"]) or "pallet"
-        raise InvalidRequest(key=key, reason=first["msg"].removeprefix("Value error, ")) from error
+        raise InvalidRequest(key=key, reason=reason_of(first)) from error

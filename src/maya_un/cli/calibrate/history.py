@@ -15,9 +15,11 @@ from typing import Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.config.files import alone, edited, parse, replace, text_of, written
 from maya_un.errors import FileUnreadable, FileUnwritable, NothingToRevert
+from maya_un.validation import reason_of
 
 Values = dict[str, float | None]
 """Dotted keys of the configuration file and their values, None for a missing key."""
@@ -95,7 +97,11 @@ def _last(config_file: Path) -> HistoryStep:
     now = _standing(config_file, last.after)
     changed = [key for key in last.after if now[key] != last.after[key]]
     if changed:
-        reason = f"{', '.join(changed)} was changed after calibration {last.number}; correct it by hand"
+        reason = phrase(
+            "{names} was changed after calibration {number}; correct it by hand",
+            names=", ".join(changed),
+            number=last.number,
+        )
         raise NothingToRevert(path=config_file, reason=reason)
     return last
 
@@ -150,7 +156,7 @@ def _edited(text: str, values: Values, config_file: Path) -> str:
     try:
         return edited(text, values)
     except ValueError as error:
-        raise FileUnreadable(path=config_file, reason=f"it is not TOML: {error}") from error
+        raise FileUnreadable(path=config_file, reason=phrase("it is not TOML: {error}", error=error)) from error
 
 
 def checked(text: str) -> Config:
@@ -189,7 +195,10 @@ def _read(path: Path) -> HistoryStep:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise FileUnreadable(path=path, reason=f"it is no step of a calibration: {key}: {first['msg']}") from error
+        raise FileUnreadable(
+            path=path,
+            reason=phrase("it is no step of a calibration: {key}: {message}", key=key, message=reason_of(first)),
+        ) from error
 
 
 def in_force(history: list[HistoryStep]) -> list[HistoryStep]:

@@ -43,10 +43,12 @@ from pydantic import (
     model_validator,
 )
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue
 from maya_un.process.spec.pallet import MOST_CELLS, check_counts
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Switch, Target, read_joints, read_point
+from maya_un.validation import reason_of
 from maya_un.values import Joints, Point
 
 T = TypeVar("T")
@@ -67,7 +69,8 @@ def _explained(read: Callable[[], T]) -> T:
     except InvalidValue as error:
         value = error.details["value"]
         place = str(error.details["key"]).removeprefix("it").removeprefix(".")
-        raise ValueError(f"{place + ': ' * bool(place)}{error.details['reason']}, not {value}") from error
+        reason = phrase("{reason}, not {value}", reason=error.details["reason"], value=value)
+        raise ValueError(f"{place}: {reason}" if place else reason) from error
 
 
 def _coordinates(value: object) -> Coordinates:
@@ -89,13 +92,13 @@ def _goal(value: object) -> str | Joints:
 
 def _whole(value: object) -> object:
     if isinstance(value, bool) or not isinstance(value, int):
-        raise ValueError(f"it must be a whole number, not {repr(value)}")  # noqa: TRY004 - pydantic's way
+        raise ValueError(phrase("it must be a whole number, not {value}", value=repr(value)))  # noqa: TRY004 - pydantic's way
     return value
 
 
 def _printable(name: str) -> str:
     if not name.isprintable():
-        raise ValueError("a name is made of characters that can be printed")
+        raise ValueError(phrase("a name is made of characters that can be printed"))
     return name
 
 
@@ -178,12 +181,18 @@ class _Step(BaseModel):
         if isinstance(data, str) and data in BARE:
             return {data: True}
         if not isinstance(data, Mapping) or len(data) != 1:
-            raise ValueError(f"a step is one of {', '.join(COMMANDS)}, like `pick: cube`, not {repr(data)}")
+            raise ValueError(
+                phrase(
+                    "a step is one of {commands}, like `pick: cube`, not {data}",
+                    commands=", ".join(COMMANDS),
+                    data=repr(data),
+                )
+            )
         ((command, argument),) = data.items()
         if argument is None and command in BARE:
             return {command: True}
         if argument is None and command in COMMANDS:
-            raise ValueError(f"{command} needs a value")
+            raise ValueError(phrase("{command} needs a value", command=command))
         return dict(data)
 
 
@@ -259,7 +268,9 @@ class Job(BaseModel):
     def parse(cls, data: object) -> Self:
         """Return the job that plain data describes; raises `InvalidJob` with the dotted key of the first error."""
         if not isinstance(data, Mapping):
-            raise InvalidJob(key="job", reason=f"it must be a mapping with {', '.join(cls.model_fields)}")
+            raise InvalidJob(
+                key="job", reason=phrase("it must be a mapping with {names}", names=", ".join(cls.model_fields))
+            )
         try:
             return cls.model_validate(dict(data))
         except ValidationError as error:
@@ -276,34 +287,33 @@ class Job(BaseModel):
     @model_validator(mode="after")
     def _sensible(self) -> Self:
         seen: dict[str, str] = {}
-        for kind, names in (("part", self.parts), ("place", self.places), ("pallet", self.pallets)):
+        named = ((phrase("part"), self.parts), (phrase("place"), self.places), (phrase("pallet"), self.pallets))
+        for kind, names in named:
             for name in sorted(names):
                 if name in seen:
-                    raise ValueError(f"{name!r} is both a {seen[name]} and a {kind}")
+                    raise ValueError(
+                        phrase("{name!r} is both a {first} and a {kind}", name=name, first=seen[name], kind=kind)
+                    )
                 seen[name] = kind
         if sum(grid.rows * grid.columns for grid in self.pallets.values() if grid.full) > MOST_CELLS:
-            raise ValueError(f"more than {MOST_CELLS} parts stand on its full pallets")
+            raise ValueError(phrase("more than {most} parts stand on its full pallets", most=MOST_CELLS))
         if sum(len(step.do) if isinstance(step, ForEach) else 1 for step in self.steps) * self.repeat > MOST_TASKS:
             raise ValueError(TOO_MANY)
         return self
 
 
-TOO_MANY = f"steps times repeat is more than {MOST_TASKS}"
+TOO_MANY = phrase("steps times repeat is more than {most}", most=MOST_TASKS)
 """Why a job with too many tasks is refused."""
 
 _REASONS = {
-    "missing": "it is missing",
-    "invalid_key": "a key must be a text",
-    "dict_type": "it must be a mapping of names to places",
-    "tuple_type": "it must be a list",
-    "string_type": "it must be a text",
-    "string_too_short": "it is empty",
-    "string_too_long": "it is longer than 64 letters",
-    "too_short": "it is empty",
-    "too_long": "it has more than 1000 steps",
-    "model_type": "it must be a mapping with corners, rows and columns",
-    "bool_type": "it must be true or false",
+    "dict_type": phrase("it must be a mapping of names to places"),
+    "string_too_short": phrase("it is empty"),
+    "string_too_long": phrase("it is longer than 64 letters"),
+    "too_short": phrase("it is empty"),
+    "too_long": phrase("it has more than 1000 steps"),
+    "model_type": phrase("it must be a mapping with corners, rows and columns"),
 }
+"""Reasons that are more exact for a job than those of `validation`."""
 
 
 def _refusal(error: ValidationError) -> InvalidJob:
@@ -312,16 +322,19 @@ def _refusal(error: ValidationError) -> InvalidJob:
     looped = location[0:1] == ["steps"] and location[2:3] == ["loop"]
     if location[0:1] == ["steps"]:
         del location[2:3]  # pydantic's tag of a step or a loop
-    kind, words = first["type"], first["msg"].removeprefix("Value error, ")
+    kind = first["type"]
     if kind == "too_long" and len(location) == 1 and location != ["steps"]:
-        words, kind = f"it has more than {MOST_NAMES} entries", ""
-    if kind == "extra_forbidden":
-        words = f"there is no such key; known are {', '.join(_known(location, looped=looped))}"
+        reason = phrase("it has more than {most} entries", most=MOST_NAMES)
+    elif kind == "extra_forbidden":
+        names = ", ".join(_known(location, looped=looped))
+        reason = phrase("there is no such key; known are {names}", names=names)
     elif kind == "literal_error":
-        words = f"it must be {first.get('ctx', {}).get('expected', 'something else')}, not {repr(first['input'])}"
+        reason = phrase("{reason}, not {value}", reason=reason_of(first), value=repr(first["input"]))
     elif kind in {"greater_than_equal", "less_than_equal"}:
-        words = "it must lie between 1 and 10000"
-    return InvalidJob(key=".".join(location) or "job", reason=_REASONS.get(kind, words))
+        reason = phrase("it must lie between 1 and 10000")
+    else:
+        reason = _REASONS.get(kind) or reason_of(first)
+    return InvalidJob(key=".".join(location) or "job", reason=reason)
 
 
 def _known(location: list[str], *, looped: bool) -> tuple[str, ...]:

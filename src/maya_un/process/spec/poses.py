@@ -34,6 +34,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from dmc41x3.i18n import phrase
 from maya_un.config.files import alone
 from maya_un.config.files import replace as replace_file
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue, NameTaken, NotTaught, Unreachable
@@ -41,6 +42,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.process.spec.job import Grid, JointValues, point_of
 from maya_un.process.spec.pallet import Pallet
 from maya_un.schema.jobs import TaughtPose
+from maya_un.validation import reason_of
 from maya_un.values import Joints, Point
 
 _NAME = re.compile(r"[^\W\d_][\w.-]{0,63}")
@@ -49,7 +51,7 @@ _NAME = re.compile(r"[^\W\d_][\w.-]{0,63}")
 def checked_name(name: object) -> str:
     """Return `name`; raises `InvalidValue` if it is not a valid name."""
     if not isinstance(name, str) or _NAME.fullmatch(name) is None:
-        reason = "a name is a letter and up to 63 letters, digits, dots, hyphens and underscores"
+        reason = phrase("a name is a letter and up to 63 letters, digits, dots, hyphens and underscores")
         raise InvalidValue(key="name", value=repr(name), reason=reason)
     return name
 
@@ -88,7 +90,7 @@ class TaughtPlaces:
         try:
             return Pallet.spanned(corners, grid.rows, grid.columns)
         except ValueError as error:
-            raise InvalidValue(key=name, value="(a grid)", reason=str(error)) from error
+            raise InvalidValue(key=name, value=phrase("(a grid)"), reason=str(error)) from error
 
     def _corner(self, pallet: str, corner: str | tuple[float, ...], grasp_height: float) -> Point:
         if not isinstance(corner, str):
@@ -136,7 +138,7 @@ class _File(BaseModel):
     def _one_meaning(self) -> Self:
         both = sorted(self.poses.keys() & self.pallets.keys())
         if both:
-            raise ValueError(f"{both[0]!r} is both a pose and a pallet")
+            raise ValueError(phrase("{name!r} is both a pose and a pallet", name=both[0]))
         return self
 
 
@@ -203,7 +205,7 @@ class PoseStore:
             require_known(name, known)
             for pallet in known.pallets.values():
                 if pallet.name != name and name in pallet.grid.corners:
-                    reason = f"it is a corner of the pallet {pallet.name}; remove that first"
+                    reason = phrase("it is a corner of the pallet {name}; remove that first", name=pallet.name)
                     raise InvalidValue(key="name", value=name, reason=reason)
             self._write(TaughtPlaces(_without(known.poses, name), _without(known.pallets, name)))
 
@@ -246,7 +248,7 @@ class PoseStore:
             if not stat.S_ISREG(found.st_mode):  # a pipe would block the loop until a program writes to it
                 raise FileUnreadable(path=self._path, reason="it is no file")
             if found.st_size > MOST_BYTES:
-                raise FileUnreadable(path=self._path, reason=f"it is larger than {MOST_BYTES} bytes")
+                raise FileUnreadable(path=self._path, reason=phrase("it is larger than {most} bytes", most=MOST_BYTES))
             return self._path.read_text(encoding="utf-8")
         except FileNotFoundError:
             return ""
@@ -256,7 +258,9 @@ class PoseStore:
     def _write(self, taught: TaughtPlaces) -> None:
         text = to_toml(taught)
         if len(text.encode()) > MOST_BYTES:
-            raise FileUnwritable(path=self._path, reason=f"it would be larger than {MOST_BYTES} bytes")
+            raise FileUnwritable(
+                path=self._path, reason=phrase("it would be larger than {most} bytes", most=MOST_BYTES)
+            )
         if self._path is None:
             self._text = text
         else:
@@ -314,7 +318,7 @@ def _toml(value: object) -> str:
 
 def _reason(error: Exception) -> str:
     if not isinstance(error, ValidationError):
-        return f"it is not TOML: {error}"
+        return phrase("it is not TOML: {error}", error=error)
     first = error.errors(include_url=False)[0]
     place = ".".join(str(part) for part in first["loc"] if part != "[key]")
-    return f"{place}: {first['msg']}".removeprefix(": ").replace("Value error, ", "")
+    return f"{place}: {reason_of(first)}".removeprefix(": ")
