@@ -4,7 +4,7 @@ These are texts: the first argument of `translate`, `marked` or `phrase`, the se
 class, a row of a table, a constant for a detail of an error that is a `Phrase`, the words that the type of a detail
 lists, the title and first comment of an example, and the meaning of a setting. With --check it writes nothing and
 returns 1 if a catalogue lacks a translation, holds an obsolete or fuzzy one, has other placeholders than the English
-text, or is not compiled.
+text, or is not compiled, and if the code makes a phrase that cannot be extracted.
 """
 
 from __future__ import annotations
@@ -64,6 +64,7 @@ def main(arguments: list[str]) -> int:
     problems: list[str] = []
     for package in PACKAGES:
         template = extracted(package)
+        problems += [] if "--check" not in arguments else hidden(package)
         for language in LANGUAGES[1:]:
             file = SOURCE / package / "locale" / language / "LC_MESSAGES" / f"{package}.po"
             if "--check" in arguments:
@@ -210,6 +211,66 @@ def _branches(node: ast.expr | None) -> list[ast.expr | None]:
 
 def _constant(node: ast.expr | None) -> str:
     return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def hidden(package: str) -> list[str]:
+    """Return the places in the code that make a phrase which cannot be extracted."""
+    trees = [one for folder in PACKAGES[package] for one in _trees(SOURCE / folder)]
+    return [problem for file, tree in trees for problem in hidden_in(tree, file)]
+
+
+def hidden_in(tree: ast.Module, file: str) -> Iterator[str]:
+    """Yield why phrases of a file cannot be extracted: a formatted text, or one that comes by a plain variable."""
+    for scope in ast.walk(tree):
+        if not isinstance(scope, ast.Module | ast.FunctionDef | ast.AsyncFunctionDef):
+            continue
+        plain = _plain_texts(scope)
+        for node in _own(scope):
+            if isinstance(node, ast.Call):
+                yield from (f"{file}:{node.lineno}: {problem}" for problem in _hidden(node, plain))
+
+
+def _hidden(call: ast.Call, plain: set[str]) -> Iterator[str]:
+    for node in (one for given in _phrases(call) for one in _branches(given)):
+        if isinstance(node, ast.JoinedStr) and _is_worded(node):
+            yield f'{ast.unparse(node)} cannot be translated: write phrase("... {{name}}", name=...)'
+        elif "{" in _constant(node):
+            yield f"{_constant(node)!r} has a brace: write phrase(...), and double the brace"
+        elif isinstance(node, ast.Name) and node.id in plain:
+            yield f"{node.id} is a plain text: write phrase(...) where it is made"
+    if _name(call) == "phrase" and isinstance(call.func, ast.Name):
+        template = _constant(call.args[0]) if call.args else ""
+        given = {keyword.arg for keyword in call.keywords}
+        if not template:
+            yield f"{ast.unparse(call)} has no constant template"
+        elif {name for name, _, _ in placeholders(template)} != given:
+            yield f"{template!r} has other placeholders than the arguments {sorted(map(str, given))}"
+
+
+def _own(scope: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a module or function, without those of the functions within it."""
+    for node in ast.iter_child_nodes(scope):
+        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node
+            yield from _own(node)
+
+
+def _plain_texts(scope: ast.AST) -> set[str]:
+    """Return the variables to which a constant or formatted text of several words is assigned."""
+    found = set[str]()
+    for node in _own(scope):
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            if any(_is_worded(one) for one in _branches(node.value)):
+                found |= {target.id for target in targets if isinstance(target, ast.Name)}
+    return found
+
+
+def _is_worded(node: ast.expr | None) -> bool:
+    """Return whether a node is a text of several words, or a formatted text with words of its own."""
+    if isinstance(node, ast.JoinedStr):
+        return any(character.isalpha() for part in node.values for character in _constant(part))
+    return " " in _constant(node)
 
 
 def detail_words(package: str) -> Iterator[Text]:

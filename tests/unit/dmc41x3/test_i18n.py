@@ -11,7 +11,7 @@ import pytest
 
 from dmc41x3 import i18n
 from dmc41x3.errors import FileUnreadable
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate, translate_phrase
 from maya_un.errors import NothingToRecover
 
 UNREADABLE = FileUnreadable.en
@@ -46,6 +46,38 @@ def test_context_distinguishes_equal_texts() -> None:
 @pytest.mark.parametrize("text", ["", "a text of nobody", "{open"])
 def test_a_text_without_a_translation_stays(text: str) -> None:
     assert translate(text, "es") == text
+
+
+def test_a_phrase_is_english_with_its_details() -> None:
+    assert phrase("it must be {least:g} to {most:g} Hz", least=0.5, most=60.0) == "it must be 0.5 to 60 Hz"
+    assert phrase("it must be an object like {{x: 0.5}}") == "it must be an object like {x: 0.5}"
+    assert phrase("{name} is missing", name="{x}") == "{x} is missing"
+
+
+@pytest.mark.parametrize(
+    ("text", "spanish"),
+    [
+        ("it must be a text", "debe ser un texto"),
+        ("it has more than 5 bytes", "tiene más de 5 bytes"),
+        ("it must be a number between -10000 and 10000, not 5", "debe ser un número entre -10000 y 10000, no 5"),
+        ("it must be an object like {x: 0.5, y: 1.1, z: 0.4}", "debe ser un objeto como {x: 0.5, y: 1.1, z: 0.4}"),
+        ("grid: it has more than 5 bytes", "grid: tiene más de 5 bytes"),
+        ("zero of a, zero of b and length (D)", "cero de a, cero de b y longitud (D)"),
+        ("zero of a, zero of q", "zero of a, zero of q"),
+        ("it is not TOML: Invalid value (at line 1)", "no es TOML: Invalid value (at line 1)"),
+        ("Permission denied", "Permission denied"),
+        ("the two together are too much (There is no fault to recover from.)",
+         "los dos juntos son demasiado (No hay ningún fallo del que recuperarse.)"),
+    ],
+)  # fmt: skip
+def test_a_phrase_is_found_by_its_text(text: str, spanish: str) -> None:
+    assert translate_phrase(text, "es") == spanish
+    assert translate_phrase(text, "en") == translate_phrase(text, "fr") == text
+
+
+def test_the_longest_template_that_matches_is_taken() -> None:
+    assert translate_phrase("there is no such key; known are a, b", "es") == "no existe esa clave; se conocen a, b"
+    assert translate_phrase("it must be one of a, b", "es") == "debe ser uno de a, b"
 
 
 def test_english_does_not_import_gettext() -> None:

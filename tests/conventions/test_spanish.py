@@ -1,0 +1,124 @@
+"""Errors are complete in Spanish: their sentences, and the phrases that stand in them."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from string import Formatter
+
+import pytest
+from babel.messages.pofile import read_po
+from hypothesis import given
+from hypothesis import strategies as st
+
+from dmc41x3.i18n import PHRASE, translate_phrase
+from maya_un import errors
+from maya_un.errors import MayaError
+from tests.conventions.source import ROOT
+
+SAME = {"delta (Δ)", "gripper_height (Φ)", "variables", "terminal"}
+"""Phrases that read the same in both languages."""
+
+ENGLISH = re.compile(r"\b(the|is|are|it|its|must|of|and|not|with|from|which|there|has|have|this|that|be|an|to)\b")
+QUOTED = re.compile(r"`[^`]*`|\{[^{}]*\}|\{\{.*\}\}|--[\w-]+|\b[\w.]+_[\w.]+\b|\bALT [^ ]*")
+"""Parts of a text that are the same in every language: code, details, options and keys."""
+
+
+def catalogue() -> dict[str, str]:
+    found: dict[str, str] = {}
+    for package in ("dmc41x3", "maya_un"):
+        file = ROOT / "src" / package / "locale" / "es" / "LC_MESSAGES" / f"{package}.po"
+        with file.open("rb") as opened:
+            found |= {str(one.id): str(one.string) for one in read_po(opened) if one.id and one.context == PHRASE}
+    return found
+
+
+PHRASES = catalogue()
+
+
+def values(template: str) -> dict[str, object]:
+    """Return a value for each placeholder: a number if it is formatted, else a text that is no phrase."""
+    fields = [(name, form) for _, name, form, _ in Formatter().parse(template) if name is not None]
+    numbers = {"d": 25, "f": 2.5, "g": 2.5, "%": 0.25}
+    return {name: numbers.get((form or "-")[-1], f"<{name}>") for name, form in fields}
+
+
+def filled(template: str, like: str = "") -> str:
+    return template.format(**values(like or template))
+
+
+def phrase_details(kind: type[MayaError]) -> list[str]:
+    """Return the details that are translated if they hold a phrase."""
+    given = {name: f"<{name}>" for name, required in kind.declared.items() if required}
+    phrase = "it must be a text"
+    return [name for name in given if phrase not in kind.rebuilt({**given, name: phrase}).text("es")]
+
+
+DETAILS = {kind: phrase_details(kind) for kind in errors.by_code().values()}
+
+
+def test_reasons_and_remedies_are_phrases() -> None:
+    named = {(kind, name) for kind in DETAILS for name in kind.declared if name in {"reason", "remedy"}}
+    assert named
+    assert [one for one in named if one[1] not in DETAILS[one[0]]] == []
+
+
+@pytest.mark.parametrize("template", PHRASES)
+def test_a_phrase_is_found_by_its_text(template: str) -> None:
+    assert translate_phrase(filled(template), "es") == filled(PHRASES[template], template)
+    assert translate_phrase(filled(template), "en") == filled(template)
+
+
+@pytest.mark.parametrize("kind", DETAILS)
+def test_phrases_in_every_error_are_spanish(kind: type[MayaError]) -> None:
+    given = {name: f"<{name}>" for name, required in kind.declared.items() if required}
+    some = list(PHRASES.items())[kind.code % 10 :: 10]
+    for name in DETAILS[kind]:
+        sentence = kind.rebuilt({**given, name: "<here>"}).text("es")
+        for english, spanish in some:
+            error = kind.rebuilt({**given, name: filled(english)})
+            assert error.text("es") == sentence.replace("<here>", filled(spanish, english)), name
+
+
+@pytest.mark.parametrize("template", PHRASES)
+def test_a_phrase_in_another_one_is_spanish(template: str) -> None:
+    english, spanish = filled(template), filled(PHRASES[template], template)
+    assert translate_phrase(f"grid: {english}", "es") == f"grid: {spanish}"
+    assert translate_phrase(f"it is no recording: {english}", "es") == f"no es una grabación: {spanish}"
+    error = errors.GuardBlocked(reason=f"the two together are too much ({english})")
+    assert error.text("es") == errors.GuardBlocked.template("es").format(
+        reason=f"los dos juntos son demasiado ({spanish})"
+    )
+
+
+@pytest.mark.parametrize("template", ["it must be a text", "it has more than {most} bytes"])
+def test_a_phrase_is_spanish_after_the_error_crossed_processes(template: str) -> None:
+    error = errors.InvalidRequest(key="body", reason=filled(template))
+    wanted = f"La petición tiene un error en body: {filled(PHRASES[template], template)}."
+    assert pickle.loads(pickle.dumps(error)).text("es") == wanted
+    assert errors.from_notice(error.code, error.details).text("es") == wanted
+    assert errors.from_sentence(error.code, str(error)).text("es") == wanted
+    assert errors.translated(error.code, str(error), "es") == wanted
+
+
+@pytest.mark.parametrize("inner", errors.by_code().values())
+def test_the_sentence_of_an_error_in_another_one_is_spanish(inner: type[MayaError]) -> None:
+    error = inner.rebuilt({name: f"<{name}>" for name, required in inner.declared.items() if required})
+    outer = errors.Faulted(fault=str(error))
+    assert outer.text("es") == errors.Faulted.template("es").format(fault=error.text("es"))
+    cut = errors.InvalidProcess(key="pick", reason=str(error).rstrip("."))
+    assert cut.text("es") == errors.InvalidProcess.template("es").format(
+        key="pick", reason=error.text("es").rstrip(".")
+    )
+
+
+def test_spanish_texts_hold_no_english() -> None:
+    assert {text for text in PHRASES if PHRASES[text] == text} == SAME
+    english = [text for text in PHRASES.values() if ENGLISH.search(QUOTED.sub(" ", text))]
+    assert english == []
+
+
+@given(st.text() | st.lists(st.sampled_from(sorted(PHRASES)), min_size=1).map(": ".join))
+def test_any_text_is_translated_or_stays(text: str) -> None:
+    assert translate_phrase(text, "en") == text
+    assert isinstance(translate_phrase(text, "es"), str)
