@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, cast
 
 from pydantic import TypeAdapter
-from texts import PACKAGES, SOURCE, stored
+from texts import PACKAGES, SOURCE, phrases, stored
 
 from dmc41x3.i18n import LANGUAGES
-from maya_un.errors import by_code
+from maya_un.errors import by_code, phrase_details
 from maya_un.events import DECLARED
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
@@ -36,7 +36,7 @@ _NAMES = {"integer": "number", "number": "number", "string": "string", "boolean"
 def main(arguments: list[str]) -> int:
     """Write or check all files."""
     stale = []
-    for name, text in {"api.ts": api(), "errors.json": errors(), "events.json": events()}.items():
+    for name, text in written().items():
         path = GENERATED / name
         if "--check" not in arguments:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -46,6 +46,16 @@ def main(arguments: list[str]) -> int:
     for path in stale:
         print(f"{path} is stale; run scripts/gen_web.py")
     return 1 if stale else 0
+
+
+def written() -> dict[str, str]:
+    """Return every file by its name."""
+    return {
+        "api.ts": api(),
+        "errors.json": errors(),
+        "phrases.json": _json([*map(list, phrases().items())]),
+        "events.json": events(),
+    }
 
 
 def api() -> str:
@@ -70,14 +80,17 @@ def api() -> str:
 
 
 def errors() -> str:
-    """Return the sentence of each error by its code, in every language, and the Spanish words of its details.
+    """Return the sentence of each error by its code, in every language, and how its details are translated.
 
-    `{name}` stands for a detail.
+    `{name}` stands for a detail. `details` has the Spanish words by the English ones, `phrases` names the details that
+    are phrases.
     """
     catalogue = {key: word for package in PACKAGES for key, word in _details(package)}
     found: dict[str, dict[str, Any]] = {}
     for code, declared in by_code().items():
         found[str(code)] = {"words": [declared.template(one).replace("!r}", "}") for one in LANGUAGES]}
+        if names := sorted(phrase_details(declared)):
+            found[str(code)]["phrases"] = names
         context = f"{declared.__name__}."
         for (name, english), spanish in catalogue.items():
             if name.startswith(context) and spanish != english:
@@ -107,7 +120,7 @@ def _details(package: str) -> Iterator[tuple[tuple[str, str], str]]:
             yield (message.context, str(message.id)), str(message.string)
 
 
-def _json(content: Mapping[str, Any]) -> str:
+def _json(content: Mapping[str, Any] | list[list[str]]) -> str:
     return json.dumps(content, ensure_ascii=False, indent=1) + "\n"
 
 
