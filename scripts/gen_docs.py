@@ -16,6 +16,7 @@ from pathlib import Path
 import client_page
 import graph_page
 import http_page
+from texts import phrases
 
 from dmc41x3.i18n import LANGUAGES
 from dmc41x3.language.catalogue import CATALOGUE, CatalogueEntry
@@ -224,6 +225,11 @@ def dashboard_sentences() -> str:
     return json.dumps(table, ensure_ascii=False, indent=1) + "\n"
 
 
+def dashboard_phrases() -> str:
+    """Return the phrases that stand in sentences of errors, for the ROS dashboard."""
+    return json.dumps(phrases(), ensure_ascii=False, indent=1) + "\n"
+
+
 def dashboard_events() -> str:
     """Return the sentences of the events on /maya_event for the ROS dashboard."""
     told = {word: event for word, event in DECLARED.items() if issubclass(event, ControllerEvent)}
@@ -262,6 +268,7 @@ def schema_file(name: str) -> str:
 PAGES: dict[str, Callable[[], str]] = {
     "../ros/maya_controller/src/maya_controller/config/events.py": words_for_ros,
     "../ros/maya_ui/resource/events.json": dashboard_events,
+    "../ros/maya_ui/resource/phrases.json": dashboard_phrases,
     "../ros/maya_ui/resource/sentences.json": dashboard_sentences,
     "decisions/README.md": decisions_page,
     "reference/configuration.md": configuration_page,

@@ -1,13 +1,15 @@
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import fields
 
 import pytest
+from maya_ui.resources import resource
 from maya_ui.robot import Command
 from maya_ui.words import WORDS, happened, phrase, sentence, word
 
-from maya_un.errors import Busy, Unreachable, by_code
+from maya_un.errors import Busy, InvalidRequest, InvalidValue, Unreachable, by_code
 from maya_un.events import DECLARED, ControllerEvent, Event
 from maya_un.values import Mode
 
@@ -56,6 +58,8 @@ def test_error_sentence_is_translated_with_its_details() -> None:
     error = Busy(doing="pick")
     assert sentence("2104", str(error), "es") == error.text("es")
     assert sentence("2104", str(error), "en") == str(error)
+    invalid = InvalidValue(key="point", value="2", reason="it must be a number between -10000 and 10000")
+    assert sentence("4001", str(invalid), "es") == invalid.text("es")
     far = Unreachable(target="(3, 3, 0.4)", reason="it is too far", nearest="(1, 1, 0.4)")
     assert sentence("2101", str(far), "es") == far.text("es")
 
@@ -74,3 +78,15 @@ def test_unknown_sentence_is_shown_unchanged() -> None:
     assert sentence("2104", "Something else.", "es") == "Something else."
     assert sentence("", "plain words", "es") == "plain words"
     assert sentence("9999", "plain words", "es") == "plain words"
+
+
+def test_phrases_in_errors_are_those_of_the_service() -> None:
+    phrases = json.loads(resource("phrases.json").read_text(encoding="utf-8"))
+    assert phrases
+    for english in phrases:
+        error = InvalidRequest(key="a", reason=re.sub(r"\{\w+\}", "7", english))
+        assert sentence("4005", str(error), "es") == error.text("es")
+
+
+def test_unknown_reason_stays_in_the_sentence() -> None:
+    assert sentence("4005", "The request has an error at a: new.", "es") == "La petición tiene un error en a: new."

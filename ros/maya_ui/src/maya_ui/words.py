@@ -328,12 +328,15 @@ def phrase(key: str, language: str = "en") -> str:
 SENTENCES = "sentences.json"
 """English and Spanish sentences of the errors by code; a test compares them with `maya_un.messages`."""
 
+PHRASES = "phrases.json"
+"""Spanish phrases by the English ones; a phrase is a part of a sentence, as the reason in it."""
+
 EVENTS = "events.json"
 """English and Spanish sentences of the events by word; a test compares them with `maya_un.events`."""
 
 
 @lru_cache(maxsize=None)
-def _table(name: str) -> dict[str, list[str]]:
+def _table(name: str) -> dict[str, Any]:
     try:
         return json.loads(resource(name).read_text(encoding="utf-8"))
     except (OSError, ValueError):
@@ -358,24 +361,48 @@ def happened(word: str, detail: dict[str, Any], language: str = "en") -> tuple[s
 def sentence(code: str, message: str, language: str = "en") -> str:
     """Return the sentence of an error in a language, from its code and its English sentence.
 
-    The details of the English sentence are filled into the other one, unchanged. An unknown sentence is returned
-    unchanged.
+    The details of the English sentence are filled into the other one; phrases among them are translated. An unknown
+    sentence is returned unchanged.
     """
     english, other = _table(SENTENCES).get(code, ["", ""])
     if language == "en" or not other:
         return message
-    details = _details(english, message)
-    return message if details is None else re.sub(r"\{(\w+)[^}]*\}", lambda name: details.get(name.group(1), ""), other)
+    return _filled(english, other, message) or message
+
+
+def _filled(english: str, other: str, text: str) -> str:
+    """Return a text of the template `english` in the other language, "" if it is not one."""
+    details = _details(english, text)
+    if details is None:
+        return ""
+    return re.sub(r"\{(\w+)[^}]*\}", lambda name: _phrase(details.get(name.group(1), "")), other)
+
+
+def _phrase(text: str) -> str:
+    """Return a phrase in Spanish, also one behind a name; any other text unchanged."""
+    found = _table(PHRASES).get(text, "")
+    for english, pieces in () if found else _templates():
+        if all(piece in text for piece in pieces):
+            found = found or _filled(english, _table(PHRASES)[english], text)
+    head, colon, rest = text.partition(": ")
+    return found or (head + colon + _phrase(rest) if colon else text)
+
+
+@lru_cache(maxsize=None)
+def _templates() -> list[tuple[str, list[str]]]:
+    """Return the phrases with details, the longest first, each with the texts between its details."""
+    split = [(english, re.split(r"\{\w+\}", english)) for english in _table(PHRASES)]
+    return sorted((one for one in split if len(one[1]) > 1), key=lambda one: -sum(map(len, one[1])))
 
 
 def _details(template: str, text: str) -> dict[str, str] | None:
     """Return the values that fill a template's names in a text, None if the text does not fit the template."""
     names: list[str] = []
     pattern = ""
-    for piece, name in re.findall(r"([^{]*)(?:\{(\w+)[^}]*\})?", template):
+    for piece, name in re.findall(r"((?:[^{]|\{(?!\w))*)(?:\{(\w+)[^}]*\})?", template):
         pattern += re.escape(piece)
         if name:
-            pattern += f"(?P={name})" if name in names else f"(?P<{name}>.*)"
+            pattern += f"(?P={name})" if name in names else f"(?P<{name}>.*?)"
             names.append(name)
     found = re.fullmatch(pattern, text, re.DOTALL)
     return None if found is None else found.groupdict()
