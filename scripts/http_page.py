@@ -78,7 +78,7 @@ bodies and queries are refused.
 
 An error response is `application/problem+json` (RFC 9457) with `type`, `title`, `status`, `code` (an [error
 code](errors.md)), `detail` (the message) and `details` (the values in the message). The message is in Spanish if
-`Accept-Language` prefers Spanish to English.
+`Accept-Language` prefers Spanish to English; `details` are always in English.
 
 | status | reason |
 |---|---|
