@@ -126,7 +126,7 @@ def _refuse_unknown(request: Request, rule: RouteRule) -> None:
     for key in request.query_params:
         if key not in rule.query:
             raise InvalidRequest(
-                key=f"query.{key}", reason=phrase("known here: {names}", names=", ".join(rule.query) or "none")
+                key=f"query.{key}", reason=phrase("known here: {names}", names=", ".join(rule.query) or phrase("none"))
             )
 
 

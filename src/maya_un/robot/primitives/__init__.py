@@ -57,7 +57,9 @@ def from_dict(data: object, grasp_height: float) -> Primitive:
     if extra:
         raise InvalidRequest(
             key=extra[0],
-            reason=phrase("{command} takes {key}, and no other key", command=command, key=argument.key or "nothing"),
+            reason=phrase(
+                "{command} takes {key}, and no other key", command=command, key=argument.key or phrase("nothing")
+            ),
         )
     if not argument.key:
         return primitive()

@@ -234,7 +234,7 @@ class _PointTable:
                 raise self._wrong(line, column, value, phrase("it is a length in m; this looks like millimetres"))
 
 
-_HEAD = "a,b,c,x,y,z and perhaps sigma (a_rad,b_m,c_m where they are joints)"
+_HEAD = phrase("a,b,c,x,y,z and perhaps sigma (a_rad,b_m,c_m where they are joints)")
 
 
 class PointNotebook:
