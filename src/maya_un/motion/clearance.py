@@ -15,15 +15,18 @@ import numpy as np
 
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.kinematics.zones import Zone
-from maya_un.motion.proof import ChordPlace, between
+from maya_un.motion.proof import ChordPlace, Chords, between
 from maya_un.values import Joints, Point
 
 _LOOKS = 64
 _NEWTON = 4
 _CLOSER = 4.0
-_SMOOTH, _BENT = 2, 4
-"""Rounds of parabolas: for smooth values, and for a distance, which bends differently from edge to face."""
+_ROUNDS = 2
+"""Rounds of parabolas."""
+_NEAR = 5e-4
+"""The clearance of a zone is at most this too large [m]."""
+_PIECES = 100_000
+"""The search ends at that many pieces. Only ways on which the lines might be straight have so many."""
 _FLAT = 1e-7
 """Least bend of the lines [m], so that tensions stay finite."""
 
@@ -67,17 +70,15 @@ def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]
     """Return the closest approaches of chords to all limits, in the order of `LIMITS`, and to all zones.
 
     `joints` are the knots (n, 3) [rad, m, m] between which the chords run. Margins are exact to 1e-6, those of zones to
-    1e-4, but the depth inside a zone only to two centimetres. They are for people: the proof of a path has its own
-    bounds. Lines that cannot meet carry more than a million loads.
+    `_NEAR`. They are for people: the proof of a path has its own bounds. Lines that cannot meet carry more than a
+    million loads.
     """
     joints = _two_at_least(joints)
-    curved = _least(lambda places: _margins(workspace, places), joints, 4, _SMOOTH)
+    curved = _least(lambda places: _margins(workspace, places), joints)
     limits = zip(LIMITS.items(), (*_linear(workspace, joints), *curved), strict=True)
     approaches = [ClosestApproach(name, margin, unit, place) for (name, unit), (margin, place) in limits]
     for zone in workspace.zones:
-        ((margin, place),) = _least(
-            lambda places, zone=zone: _clear(workspace.mechanism, zone, places), joints, 2, _BENT
-        )
+        margin, place = _nearest(Chords(workspace.mechanism, zone, joints))
         approaches.append(ClosestApproach(zone.name, margin, "m", place, zone=True))
     return tuple(approaches)
 
@@ -160,11 +161,6 @@ def _margins(workspace: Workspace, places: Floats) -> Floats:
     return np.array((u, W - u, workspace.mechanism.reach_down - h, *(workspace.tension_limit - pulls)))
 
 
-def _clear(mechanism: Mechanism, zone: Zone, places: Floats) -> Floats:
-    """Return the clearance of one zone (1, ...) at joints (..., 3)."""
-    return zone.clearances(mechanism, places.reshape(-1, 3)).reshape(1, *places.shape[:-1])
-
-
 def _linear(workspace: Workspace, joints: Floats) -> Iterator[tuple[float, ChordPlace]]:
     """Yield the margins that are linear along chords, in the order of `LIMITS`, with their places."""
     last = len(joints) - 2
@@ -180,12 +176,39 @@ def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
     yield joints[:, 1] + joints[:, 2] - workspace.mechanism.width
 
 
-def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple[float, ChordPlace]]:
+def _nearest(every: Chords) -> tuple[float, ChordPlace]:
+    """Return the least clearance [m] on chords, and its place.
+
+    A clearance falls by no more than the travel. So pieces of chords are dropped if they cannot have a clearance below
+    the least known one, and the other pieces are halved.
+    """
+    clear = every.zone.clearances(every.mechanism, every.joints)
+    knot = int(clear.argmin())
+    last = len(clear) - 2
+    least, place = float(clear[knot]), ChordPlace(min(knot, last), float(max(0, knot - last)))
+    chords, begins, width = np.arange(len(clear) - 1), np.zeros(len(clear) - 1), 1.0
+    first, end = clear[:-1], clear[1:]
+    while True:
+        lowest_possible = 0.5 * (first + end - every.travelled(chords, begins, width))
+        kept = lowest_possible < least - _NEAR
+        chords, begins, first, end = chords[kept], begins[kept], first[kept], end[kept]
+        if not 0 < len(chords) < _PIECES:
+            return least, place
+        width *= 0.5
+        middle = every.clear(chords, begins + width)
+        best = int(middle.argmin())
+        if middle[best] < least:
+            least, place = float(middle[best]), ChordPlace(int(chords[best]), float(begins[best] + width))
+        first, end = np.concatenate((first, middle)), np.concatenate((middle, end))
+        chords, begins = np.concatenate((chords, chords)), np.concatenate((begins, begins + width))
+
+
+def _least(values: Kinds, joints: Floats) -> list[tuple[float, ChordPlace]]:
     """Return the least value of every kind on the chords between knots (n, 3), and its place.
 
-    Every chord is sampled in `looks` parts, in more if there are few chords.
+    Every chord is sampled in four parts, in more if there are few chords.
     """
-    parts = max(looks, ceil(_LOOKS / (len(joints) - 1)))
+    parts = max(4, ceil(_LOOKS / (len(joints) - 1)))
     shares = np.linspace(0.0, 1.0, parts + 1)
     ways = joints[1:] - joints[:-1]
     found = values(joints[:-1, np.newaxis] + ways[:, np.newaxis] * shares[:, np.newaxis])
@@ -194,13 +217,9 @@ def _least(values: Kinds, joints: Floats, looks: int, rounds: int) -> list[tuple
     least, (chord, sample) = flat[np.arange(len(found)), best], np.divmod(best, parts + 1)
     place = shares[sample]
     guessed, inner = np.divmod(np.argmin(_guessed(found).reshape(len(found), -1), axis=1), parts - 1)
-    tries = [(guessed, shares[inner + 1])]
-    if rounds == _BENT:  # a guess for a bent chord may be too low
-        tries.append((chord, place))
-    for near, share in tries:
-        refined, at = _refined(values, joints[near], ways[near], share, 1.0 / parts, rounds)
-        less = refined < least
-        least, chord, place = np.where(less, refined, least), np.where(less, near, chord), np.where(less, at, place)
+    refined, at = _refined(values, joints[guessed], ways[guessed], shares[inner + 1], 1.0 / parts)
+    less = refined < least
+    least, chord, place = np.where(less, refined, least), np.where(less, guessed, chord), np.where(less, at, place)
     return [(float(one), ChordPlace(int(on), float(at))) for one, on, at in zip(least, chord, place, strict=True)]
 
 
@@ -215,9 +234,7 @@ def _guessed(found: Floats) -> Floats:
     return np.where(np.abs(slope) <= bend, here - dip, np.minimum(np.minimum(before, behind), here))
 
 
-def _refined(
-    values: Kinds, starts: Floats, ways: Floats, at: Floats, width: float, rounds: int
-) -> tuple[Floats, Floats]:
+def _refined(values: Kinds, starts: Floats, ways: Floats, at: Floats, width: float) -> tuple[Floats, Floats]:
     """Return the value (k,) and the share (k,) where each kind is least near share `at` (k,) of its chord.
 
     A parabola is fitted through three places, then through three closer ones about its vertex.
@@ -228,7 +245,7 @@ def _refined(
     def seen(shares: Floats) -> Floats:
         return values(starts[:, np.newaxis] + ways[:, np.newaxis] * shares[..., np.newaxis])[kinds, kinds]
 
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         middle = np.clip(at, width, 1.0 - width)
         before, here, behind = seen(middle[:, np.newaxis] + width * steps).T
         slope, bend = 0.5 * (behind - before), behind - 2.0 * here + before
