@@ -23,6 +23,7 @@ from typing import Any
 from bench_memory import resident
 from harness import Case, Figure, Goal, Sample, measure, report
 from job import pairs
+from picture import lateness
 from playwright.sync_api import Browser, sync_playwright
 from service import MAYA, Service, service
 from stream_client import Client
@@ -207,6 +208,7 @@ def seen() -> list[Figure]:
             Case("first paint of an empty page", lambda: painted(browser, f"{quiet.url}/maya.svg"), "ms"),
             Case("first paint of the dashboard", lambda: painted(browser, quiet.url), "ms", Goal(600.0)),
             Case("robot drawn", lambda: drawn(browser, quiet.url), "ms", Goal(1500.0)),
+            Case("picture of a motion behind the mechanics (95 %)", lambda: lateness(browser), "ms", Goal(100.0)),
         ]
         figures = measure(cases, rounds=5, by=median)
         browser.close()
