@@ -115,7 +115,7 @@ def _shown(page: Page, zero: float, way: float) -> Track:
 
 
 def _followed(pictures: list[dict[str, Any]], place: list[float]) -> list[NDArray[np.float64]]:
-    """Return where a part is in each picture. Its number changes, because parts are drawn in order of their distance."""
+    """Return where a part is in each picture. Its number changes: parts are drawn in the order of their distance."""
     found = [np.array(place)]
     for picture in pictures[1:]:
         places = np.array(picture["matrices"])

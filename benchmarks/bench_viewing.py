@@ -1,0 +1,87 @@
+"""Memory of the dashboard and of `maya up` while a page looks on for eight hours of the robot's clock.
+
+The robot carries out one long job, and the page Live shows it, with the 3D view and the plots. The clock of the twin
+runs a hundred times as fast as real time. What grows would show between the first hour, when everything is loaded and
+the trace and the plots are full, and the eighth.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+from typing import NamedTuple
+
+from bench_dashboard import CHROMIUM, FLAGS, asked
+from bench_memory import resident
+from harness import Case, Goal, measure, report
+from job import pairs
+from playwright.sync_api import CDPSession, Page, sync_playwright
+from service import MAYA, Service, service
+
+HOUR = 3600.0
+WARM, HOURS = 1, 8
+SPEED = 100
+PAIRS = 1500
+"""More than the robot carries out in eight hours."""
+
+
+class Memory(NamedTuple):
+    """Memory of the page's objects, and of the service [bytes]."""
+
+    heap: float
+    served: float
+
+
+def looked_on() -> dict[int, Memory]:
+    """Return the memory after one hour and after eight."""
+    found: dict[int, Memory] = {}
+    with service("--speed", str(SPEED)) as running, sync_playwright() as tool:
+        browser = tool.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        page = browser.new_page(viewport={"width": 1440, "height": 900})
+        page.goto(running.url)
+        page.wait_for_selector("[data-drawn]")
+        inspector = page.context.new_cdp_session(page)
+        _begin(running)
+        for hours in (WARM, HOURS):
+            _wait(running, page, hours * HOUR)
+            found[hours] = _memory(inspector, running)
+        browser.close()
+    return found
+
+
+def _begin(running: Service) -> None:
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(pairs(PAIRS), file)
+        file.flush()
+        subprocess.run([MAYA, "job", "submit", file.name], env=running.environment, capture_output=True, check=True)
+
+
+def _wait(running: Service, page: Page, until: float) -> None:
+    """Wait for a time of the robot's clock [s], while the job runs."""
+    while (status := asked(running.url, "GET", "/v1/status"))["state"]["time"] < until:
+        if status["state"]["mode"] == "faulted":
+            raise RuntimeError("the job failed")
+        page.wait_for_timeout(1000)
+
+
+def _memory(inspector: CDPSession, running: Service) -> Memory:
+    inspector.send("HeapProfiler.collectGarbage")
+    return Memory(float(inspector.send("Runtime.getHeapUsage")["usedSize"]), resident(running.pid))
+
+
+def main() -> None:
+    found = looked_on()
+    first, last = f"after {WARM} hour", f"after {HOURS} hours"
+    cases = []
+    for name, kind in (("objects of the page", "heap"), ("memory of maya up", "served")):
+        before, after = (getattr(found[hours], kind) for hours in (WARM, HOURS))
+        cases += [
+            Case(f"{name} {first}", lambda value=before: value, "MB"),
+            Case(f"{name} {last}", lambda value=after: value, "MB", Goal(2.0, f"{name} {first}", "over")),
+        ]
+    report(measure(cases, rounds=1))
+
+
+if __name__ == "__main__":
+    main()
