@@ -42,7 +42,7 @@ def reached(driver: Driver, joints: Joints) -> None:
 
 
 def homed(driver: Driver) -> None:
-    outcome, result = driver.do("/home", "maya_controller/Home").ended()
+    outcome, result = driver.do("/home", "maya_controller/Home").ended(within=120.0)
     assert outcome == SUCCEEDED, result
 
 

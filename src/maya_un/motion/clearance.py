@@ -15,7 +15,7 @@ import numpy as np
 
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.motion.proof import ChordPlace, Chords, between
+from maya_un.motion.proof import ChordPlace, ZoneChords, between
 from maya_un.values import Joints, Point
 
 _LOOKS = 64
@@ -78,7 +78,7 @@ def closest(workspace: Workspace, joints: Floats) -> tuple[ClosestApproach, ...]
     limits = zip(LIMITS.items(), (*_linear(workspace, joints), *curved), strict=True)
     approaches = [ClosestApproach(name, margin, unit, place) for (name, unit), (margin, place) in limits]
     for zone in workspace.zones:
-        margin, place = _nearest(Chords(workspace.mechanism, zone, joints))
+        margin, place = _nearest(ZoneChords(workspace.mechanism, zone, joints))
         approaches.append(ClosestApproach(zone.name, margin, "m", place, zone=True))
     return tuple(approaches)
 
@@ -176,7 +176,7 @@ def _linear_margins(workspace: Workspace, joints: Floats) -> Iterator[Floats]:
     yield joints[:, 1] + joints[:, 2] - workspace.mechanism.width
 
 
-def _nearest(every: Chords) -> tuple[float, ChordPlace]:
+def _nearest(every: ZoneChords) -> tuple[float, ChordPlace]:
     """Return the least clearance [m] on chords, and its place.
 
     A clearance falls by no more than the travel. So pieces of chords are dropped if they cannot have a clearance below

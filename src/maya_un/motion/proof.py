@@ -188,13 +188,13 @@ def _first_entry(workspace: Workspace, joints: Floats, travelled: Floats) -> Zon
     doubtful = clear[:-1] + clear[1:] - travelled[:, np.newaxis] < 2.0 * bound
     for number in np.flatnonzero(doubtful.any(axis=0)).tolist():
         zone, chords = workspace.zones[number], np.flatnonzero(doubtful[:, number])
-        place = _search(Chords(workspace.mechanism, zone, joints), clear[:, number], chords, bound)
+        place = _search(ZoneChords(workspace.mechanism, zone, joints), clear[:, number], chords, bound)
         if place is not None:
             return ZoneEntry(zone, place)
     return None
 
 
-class Chords(NamedTuple):
+class ZoneChords(NamedTuple):
     """The chords between knots (n, 3), for one zone."""
 
     mechanism: Mechanism
@@ -215,7 +215,7 @@ class Chords(NamedTuple):
         return travel_bounds(self.mechanism, self.at(chords, begins), self.at(chords, begins + width))
 
 
-def _search(every: Chords, clear: Floats, chords: NDArray[np.intp], bound: float) -> ChordPlace | None:
+def _search(every: ZoneChords, clear: Floats, chords: NDArray[np.intp], bound: float) -> ChordPlace | None:
     """Return a place on `chords` where the clearance is below `bound`, or None; `clear` (n,) is that of the knots.
 
     All pieces of a round have the same width, which halves for the next one.
