@@ -39,6 +39,7 @@ WALKS: Sequence[tuple[str, Sequence[Sequence[Step]]]] = (
     (
         "/teach",
         [
+            ["maybe [data-drive-here]:not([open]) summary"],
             ["[data-here]"],
             ["[data-again]"],
             [CLOSE, "[data-rename]"],

@@ -71,6 +71,12 @@ def test_jog_ends(robot: Service, tab: Tab, end: str) -> None:
         ENDS[end](tab)
 
 
+def test_jog_on_the_page_teach_ends_when_its_keys_are_folded(robot: Service, tab: Tab) -> None:
+    tab.open("/teach")
+    with held(robot, tab):
+        tab.page.evaluate("document.querySelector('[data-drive-here] summary').click()")
+
+
 def test_jog_by_a_key_ends_with_it_and_with_the_focus(robot: Service, tab: Tab) -> None:
     robot.ask("POST /v1/speed", {"ratio": 0.1})
     for end in (lambda: tab.page.keyboard.up("Enter"), lambda: tab.page.focus(".rail a")):

@@ -16,7 +16,7 @@ export const TEACH = words({
     "Aún no se ha enseñado ninguna pose. Lleve el robot a un lugar, dé un nombre al lugar y los trabajos podrán usarlo.",
   ],
   noneFound: ["No pose has such a name.", "Ninguna pose tiene un nombre así."],
-  driveThere: ["Drive the robot", "Mover el robot"],
+  driveThere: ["Drive the robot here", "Mover el robot aquí"],
   teachHere: ["Teach the present position", "Enseñar la posición actual"],
   nameOf: ["Name of the pose", "Nombre de la pose"],
   nameFirst: ["Enter a name first.", "Escriba primero un nombre."],
