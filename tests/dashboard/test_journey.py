@@ -248,6 +248,10 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
         if row < len(MEASURED):
             tab.page.go_back()
             tab.page.go_back()
+    tab.page.locator("[data-remove-point]").last.click()
+    expect(tab.page.locator("[data-points] [role=group]")).to_contain_text(f"row {len(MEASURED)}")
+    tab.page.keyboard.press("Escape")
+    expect(tab.page.locator("[data-points] tbody tr")).to_have_count(len(MEASURED))
     tab.page.click("[data-fit]")
     expect(tab.page.locator("[data-map] .arrow")).to_have_count(len(MEASURED))
     tab.page.click("[data-apply]")

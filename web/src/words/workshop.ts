@@ -189,6 +189,7 @@ export const CALIBRATION = words({
   computed: ["The robot computes {place}.", "El robot calcula {place}."],
   wrong: ["Enter three numbers.", "Escriba tres números."],
   remove: ["Delete row {row}", "Borrar la fila {row}"],
+  removeQuestion: ["Delete the measured point of row {row}? It must then be measured again.", "¿Borrar el punto medido de la fila {row}? Después habrá que medirlo de nuevo."],
   clear: ["Delete all points", "Borrar todos los puntos"],
   clearQuestion: ["Delete all {count} points? Their file is kept with the ending .old.", "¿Borrar los {count} puntos? Su archivo se conserva con la terminación .old."],
   notExtendable: [
