@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { around, drawn, extent, forbidden, isAt, middleOf, moved, outlineOf, placed, polar, sector, viewBox, type Zone } from "../src/machine/plan.ts";
+import { around, drawn, extent, forbidden, isAt, middleOf, moved, outlineOf, placed, polar, sector, tickStep, ticks, viewBox, type Zone } from "../src/machine/plan.ts";
 
 const BOX: Zone = { name: "post", kind: "box", low: [0.1, 1.0, 0.0], high: [0.3, 1.5, 0.6], margin: 0.05, lines: true };
 const POLE: Zone = { name: "pole", kind: "cylinder", x: 0.5, y: 0.6, radius: 0.1, low: 0, high: 1, margin: 0.05, lines: true };
@@ -26,6 +26,14 @@ describe("the extent", () => {
   });
   it("holds all points with a border", () => expect(around([[0, 1], [2, -1]], 0.5)).toEqual({ low: [-0.5, -1.5], high: [2.5, 1.5] }));
   it("becomes a view box with y down", () => expect(viewBox({ low: [-0.1, -1], high: [2, 2.3] })).toBe("-100 -2300 2100 3300"));
+});
+
+describe("the axes", () => {
+  it("have values with room between them", () => expect([0.05, 0.125, 0.3, 2].map(tickStep)).toEqual([2, 0.5, 0.2, 0.1]));
+  it("have whole multiples of the step", () => {
+    expect(ticks(-0.28, 1.1, 0.5)).toEqual([0, 0.5, 1]);
+    expect(ticks(-0.52, 0.33, 0.1)).toEqual([-0.5, -0.4, -0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3]);
+  });
 });
 
 describe("a ring", () => {

@@ -50,6 +50,23 @@ export function viewBox({ low, high }: Extent): string {
   return [1000 * low[0], -1000 * high[1], 1000 * (high[0] - low[0]), 1000 * (high[1] - low[1])].map(Math.round).join(" ");
 }
 
+/** Distances between two values on the axes [m], from which the smallest is taken that leaves room for them. */
+const STEPS = [0.1, 0.2, 0.5, 1, 2];
+
+/** Least distance between two values on the axes on the screen [px]. */
+const ROOM = 56;
+
+/** Returns the distance between two values on the axes [m] if a mm of the drawing has so many pixels. */
+export function tickStep(scale: number): number {
+  return STEPS.find((one) => 1000 * one * scale >= ROOM) ?? 5;
+}
+
+/** Returns the values on an axis between two places, whole multiples of a step [m]. */
+export function ticks(low: number, high: number, step: number): number[] {
+  const first = Math.ceil(low / step);
+  return Array.from({ length: Math.max(0, Math.floor(high / step) - first + 1) }, (_, i) => exact((first + i) * step));
+}
+
 const text = (point: readonly [number, number]) => drawn(point).map((one) => one.toFixed(1)).join(" ");
 
 /** Returns the outline of a ring within the range of the boom. */

@@ -18,6 +18,7 @@ export const DRIVE = words({
   pointer: ["x {x}, y {y} {unit}", "x {x}, y {y} {unit}"],
   reachAt: ["Reachable at z {z} {unit}", "Alcanzable a z {z} {unit}"],
   nothingAt: ["At this height the robot reaches no place.", "A esta altura el robot no alcanza ningún lugar."],
+  legendBase: ["Base of the robot", "Base del robot"],
   legendPose: ["Pose", "Pose"],
   legendPart: ["Part", "Pieza"],
   legendZone: ["Zone", "Zona"],
