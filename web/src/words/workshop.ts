@@ -80,6 +80,7 @@ export const SIGNALS = words({
   output: ["Output {number}", "Salida {number}"],
   high: ["high", "alta"],
   low: ["low", "baja"],
+  restHigh: ["An input is high while nothing is connected to it or its contact is open.", "Una entrada está alta mientras no tiene nada conectado o su contacto está abierto."],
   gripperSet: ["The gripper is closed while this output is high.", "La pinza está cerrada mientras esta salida está alta."],
   gripperClear: ["The gripper is closed while this output is low.", "La pinza está cerrada mientras esta salida está baja."],
   forPrimitives: ["Primitives may switch it.", "Las primitivas pueden conmutarla."],
