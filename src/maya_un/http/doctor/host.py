@@ -250,19 +250,24 @@ def coms(config: Config, language: str = "en") -> Iterator[Finding]:
         )
 
 
+LOCAL_MASTER = "http://localhost:11311"
+"""Address of the master that ROS assumes."""
+
+
 def ros() -> Iterator[Finding]:
-    """Check whether ROS is installed, and whether its master answers."""
+    """Check whether ROS is installed, and whether its master answers. A missing master matters to whoever named one."""
     installed = shutil.which("roscore") or Path("/opt/ros").is_dir()
     if not installed:
         yield skipped("ROS", "ros_none")
         return
-    uri = os.environ.get("ROS_MASTER_URI", "http://localhost:11311")
+    uri = os.environ.get("ROS_MASTER_URI", LOCAL_MASTER)
     try:
         place = urlsplit(uri)
         with socket.create_connection((place.hostname or "localhost", place.port or 11311), timeout=1.0):
             yield ok("ROS", "ros_master", uri=uri)
     except (OSError, ValueError):
-        yield warn("ROS", "ros_no_master", uri=uri)
+        unused = uri == LOCAL_MASTER  # that of ROS itself: nobody has named a master, and none runs
+        yield (skipped if unused else warn)("ROS", "ros_no_master", uri=uri)
 
 
 def looks(named: Path | None, config_of: Config, language: str, pid: int) -> list[Look]:

@@ -163,4 +163,7 @@ def test_ros_is_looked_for_and_its_master_called(tmp_path: Path, monkeypatch: py
         uri = f"http://127.0.0.1:{listener.getsockname()[1]}"
         monkeypatch.setenv("ROS_MASTER_URI", uri)
         assert only(host.ros()).key == "ros_master"
-    assert only(host.ros()).key == "ros_no_master"
+    named = only(host.ros())
+    assert (named.key, named.outcome) == ("ros_no_master", FindingOutcome.WARN)
+    monkeypatch.setattr(host, "LOCAL_MASTER", uri)
+    assert only(host.ros()).outcome is FindingOutcome.SKIPPED
