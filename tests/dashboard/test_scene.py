@@ -174,6 +174,10 @@ def test_what_is_taught_moves_in_3d_and_is_sent_when_it_is_saved(
     assert taught.state["counts"] == counts
 
 
+FIELDS = "['x', 'y', 'z'].map((axis) => Number(document.querySelector(`[data-place=${axis}] input`).value))"
+"""The place of the pose that is edited, as its form shows it [mm]."""
+
+
 def test_a_finger_drags_a_grip_and_scrolls_beside_it(taught: Service, tab_of: Callable[..., Tab]) -> None:
     tab = tab_of(taught, width=390, height=844, has_touch=True)
     tab.open("/teach")
@@ -186,10 +190,16 @@ def test_a_finger_drags_a_grip_and_scrolls_beside_it(taught: Service, tab_of: Ca
             points = [] if kind == "touchEnd" else [{"x": x, "y": y - share * up}]
             finger.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
 
-    scrolled, field = "scrollY", "document.querySelector('[data-place=z] input').value"
-    top, z = tab.get(scrolled), tab.get(field)
+    scrolled = "scrollY"
+    tab.page.evaluate(
+        "addEventListener('pointerdown', (event) => { document.body.dataset.pointer = event.pointerType }, true)"
+    )
+    top, (x, y, z), (_, ball) = tab.get(scrolled), tab.get(FIELDS), centre(tab, "[data-grip]")
     swipe(*centre(tab, "[data-axis=z]"), 40.0)
-    tab.until(f"Number({field}) > Number({z})")
+    tab.until(f"{FIELDS}[2] > {z}")
+    assert tab.get("document.body.dataset.pointer") == "touch"
+    assert tab.get(FIELDS)[:2] == [x, y]
+    eventually(lambda: pytest.approx(40.0, abs=2.0) == ball - centre(tab, "[data-grip]")[1], "a ball under the finger")
     assert tab.get(scrolled) == top
     x, y = centre(tab, "[data-scene]")
     swipe(x, y - 100.0, -120.0)
