@@ -34,9 +34,10 @@ export const COMMON = words({
   version: ["The service has another version. Reload the page when the robot is at rest.", "El servicio tiene otra versión. Recargue la página cuando el robot esté en reposo."],
   reload: ["Reload", "Recargar"],
   notLoaded: ["This part of the page could not be loaded. Reload the page when the robot is at rest.", "No se pudo cargar esta parte de la página. Recargue la página cuando el robot esté en reposo."],
-  youDrive: ["You drive", "Usted mueve"],
-  nobody: ["Nobody drives", "Nadie mueve"],
-  someoneDrives: ["{name} drives", "Mueve {name}"],
+  youDrive: ["You have control", "Usted tiene el control"],
+  nobody: ["Nobody has control", "Nadie tiene el control"],
+  youElsewhere: ["You have control in another window or program", "Usted tiene el control en otra ventana o programa"],
+  someoneDrives: ["{name} has control", "{name} tiene el control"],
   speed: ["Speed", "Velocidad"],
   linkUp: ["Link", "Enlace"],
   cancel: ["Cancel", "Cancelar"],
@@ -63,7 +64,7 @@ export const COMMON = words({
   decline: ["Decline", "Rechazar"],
   owner: ["Owner", "Dueño"],
   steps: ["Steps", "Pasos"],
-  unreachable: ["No connection to the service. Nothing was sent again.", "Sin conexión con el servicio. No se envió nada de nuevo."],
+  unreachable: ["No connection to the service. The request was not repeated: check what the robot did.", "Sin conexión con el servicio. La petición no se repitió: compruebe qué hizo el robot."],
   code: ["error {code}", "error {code}"],
   loading: ["Loading", "Cargando"],
   signIn: ["Sign in", "Entrar"],
@@ -81,6 +82,9 @@ export const PRIMITIVES = words({
   gripper: ["Gripper", "Pinza"],
   home: ["Home", "Referenciar"],
 });
+
+/** What the gripper does, in steps of jobs. */
+export const GRIPPER = words({ open: ["open", "abrir"], close: ["close", "cerrar"] });
 
 export const MODES: Record<Mode, Words> = {
   disconnected: ["No controller", "Sin controlador"],

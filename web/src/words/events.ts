@@ -22,7 +22,7 @@ const DETAILS = words({
   "handed over": ["handed over", "cedido"],
   offered: ["offered", "ofrecido"],
   asked: ["asked for", "pedido"],
-  broken: ["broken by an administrator", "quitado por un administrador"],
+  broken: ["taken away by an administrator", "quitado por un administrador"],
   "signed out": ["signed out", "sesión cerrada"],
   pausing: ["pauses", "se pone en pausa"],
   failing: ["it cannot be written", "no se puede escribir"],

@@ -102,15 +102,15 @@ export const QUEUE = words({
   palletInText: ["Pallet {name}: {rows} × {columns}. Change it in the text.", "Palé {name}: {rows} × {columns}. Cámbielo en el texto."],
   mistakeAt: ["Line {line}, column {column}: {reason}", "Línea {line}, columna {column}: {reason}"],
   showMistake: ["Show the mistake", "Mostrar el error"],
-  blocksStale: ["The text has a mistake. The blocks show the job before it.", "El texto tiene un error. Los bloques muestran el trabajo anterior."],
-  textStale: ["The text follows when every block is complete.", "El texto se actualiza cuando todos los bloques están completos."],
+  blocksStale: ["The text has a mistake. The blocks show the last version without one.", "El texto tiene un error. Los bloques muestran la última versión sin errores."],
+  textStale: ["The text is updated when every block is complete.", "El texto se actualiza cuando todos los bloques están completos."],
   fillIn: ["Step {number} is not complete: choose its target.", "El paso {number} no está completo: elija su destino."],
   fillName: ["The coordinates of {name} are not complete.", "Las coordenadas de {name} no están completas."],
   checking: ["Reading the text", "Leyendo el texto"],
   textRight: ["The text has no mistake.", "El texto no tiene errores."],
-  replaced: ["The draft before was replaced.", "El borrador anterior fue reemplazado."],
-  commentsGone: ["The blocks wrote the whole text again, without its comments.", "Los bloques reescribieron el texto, sin sus comentarios."],
-  undo: ["Bring it back", "Recuperarlo"],
+  replaced: ["Your earlier draft was replaced.", "Su borrador anterior fue reemplazado."],
+  commentsGone: ["A change of the blocks removed the comments from the text.", "Un cambio en los bloques quitó los comentarios del texto."],
+  undo: ["Undo", "Deshacer"],
   clearDraft: ["Start over", "Empezar de nuevo"],
   previewing: ["The service plans the motions", "El servicio planifica los movimientos"],
   previewTitle: ["Preview", "Previsualización"],
@@ -139,12 +139,10 @@ export const REASONS: Record<string, Words> = {
   stop: ["Paused because somebody stopped the robot.", "En pausa porque alguien paró el robot."],
   fault: ["Paused by a fault of the robot.", "En pausa por un fallo del robot."],
   failure: ["Paused because a job failed.", "En pausa porque un trabajo falló."],
-  driver: ["Paused because the person who drove is gone.", "En pausa porque la persona que movía el robot se fue."],
-  storage: ["Paused because the disk refuses to write.", "En pausa porque el disco no deja escribir."],
+  driver: ["Paused because the page or program in control is gone.", "En pausa porque la página o el programa con el control ya no está."],
+  storage: ["Paused because the disk cannot be written.", "En pausa porque no se puede escribir en el disco."],
   restart: ["Paused because the service was started again.", "En pausa porque el servicio se reinició."],
 };
 
 /** The primitives in jobs, as blocks. */
 export const COMMANDS: Record<string, Words> = { ...PRIMITIVES, for_each: ["For each", "Para cada"] };
-
-export const GRIPPER = { open: ["open", "abrir"], close: ["close", "cerrar"] } as const satisfies Record<string, Words>;

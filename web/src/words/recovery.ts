@@ -32,7 +32,7 @@ export const RECOVERY = words({
   later: ["Decide later", "Decidir después"],
   decide: ["Decide", "Decidir"],
   decideMoves: ["Continue: the robot moves", "Continuar: el robot se mueve"],
-  decideWaits: ["Continue, but wait", "Continuar, pero esperar"],
+  decideWaits: ["Continue when the queue resumes", "Continuar al reanudar la cola"],
   decideAbort: ["End the job", "Terminar el trabajo"],
   waitsForDecision: ["Job {job} ({name}) was interrupted and waits for your decision.", "El trabajo {job} ({name}) se interrumpió y espera su decisión."],
 });

@@ -10,7 +10,7 @@ export const WORKSHOP = words({
   calibration: ["Calibration", "Calibración"],
   faults: ["Faults of the twin", "Fallos del gemelo"],
   logs: ["Log", "Registro"],
-  refresh: ["Read again", "Leer de nuevo"],
+  refresh: ["Refresh", "Actualizar"],
 });
 
 /** Checks of the robot and of the computer. */
@@ -18,7 +18,7 @@ export const DOCTOR = words({
   title: ["Checks", "Comprobaciones"],
   again: ["Check again", "Comprobar de nuevo"],
   checking: ["Checking the robot, the queue and the computer", "Comprobando el robot, la cola y el ordenador"],
-  allGood: ["All checks are good.", "Todas las comprobaciones son buenas."],
+  allGood: ["All checks passed.", "Todas las comprobaciones están en orden."],
   good: ["{count} checks passed", "{count} comprobaciones en orden"],
   skipped: ["Not checked: {count}", "Sin comprobar: {count}"],
 });
@@ -86,7 +86,7 @@ export const SIGNALS = words({
   forPrimitives: ["Primitives may switch it.", "Las primitivas pueden conmutarla."],
   activeHigh: ["Limit switches are active high.", "Los finales de carrera son activos en alto."],
   activeLow: ["Limit switches are active low.", "Los finales de carrera son activos en bajo."],
-  none: ["The controller does not report its signals.", "El controlador no informa de sus señales."],
+  none: ["The controller sends no signals.", "El controlador no envía señales."],
   link: ["Link to the controller", "Enlace con el controlador"],
   up: ["connected", "conectado"],
   down: ["not connected", "sin conexión"],
@@ -161,8 +161,8 @@ export const FAULTS = words({
   stays: ["until you end it", "hasta que usted lo termine"],
   end: ["End", "Terminar"],
   endAll: ["End all", "Terminar todos"],
-  begin: ["Begin", "Empezar"],
-  replace: ["Begin again", "Empezar de nuevo"],
+  begin: ["Start", "Activar"],
+  replace: ["Start again", "Activar de nuevo"],
   kinds: ["All faults", "Todos los fallos"],
   seconds: ["Duration [s], empty: until you end it", "Duración [s], vacía: hasta que usted lo termine"],
   atOnce: ["It happens once.", "Ocurre una vez."],
@@ -184,10 +184,10 @@ export const CALIBRATION = words({
   measured: ["Measured", "Medido"],
   expected: ["By the configuration", "Según la configuración"],
   off: ["Distance", "Distancia"],
-  add: ["Add the point here", "Añadir el punto de aquí"],
-  addTitle: ["Measure at the present position", "Medir en la posición actual"],
-  addHint: ["The robot is homed and at rest. Enter the place of the gripper that you measured.", "El robot está referenciado y en reposo. Escriba el lugar de la pinza que midió."],
-  computed: ["The robot computes {place}.", "El robot calcula {place}."],
+  add: ["Add this point", "Añadir este punto"],
+  addTitle: ["Add a point at the present position", "Añadir un punto en la posición actual"],
+  addHint: ["Measure where the gripper is, and enter the numbers.", "Mida dónde está la pinza y escriba los números."],
+  computed: ["The robot calculates {place}.", "El robot calcula {place}."],
   wrong: ["Enter three numbers.", "Escriba tres números."],
   remove: ["Delete row {row}", "Borrar la fila {row}"],
   removeQuestion: ["Delete the measured point of row {row}? It must then be measured again.", "¿Borrar el punto medido de la fila {row}? Después habrá que medirlo de nuevo."],
@@ -219,14 +219,14 @@ export const CALIBRATION = words({
   notUsed: ["left out", "excluido"],
   residuals: ["Residuals", "Residuos"],
   apply: ["For the configuration", "Para la configuración"],
-  applyHint: ["These keys change. The configuration shows the differences before you save it; they are in force at the next start.", "Estas claves cambian. La configuración muestra las diferencias antes de que usted la guarde; rigen desde el próximo arranque."],
-  toConfiguration: ["Enter into the configuration", "Pasar a la configuración"],
+  applyHint: ["These keys change. The configuration shows the differences before you save it; they take effect at the next start.", "Estas claves cambian. La configuración muestra las diferencias antes de que usted la guarde; rigen desde el próximo arranque."],
+  toConfiguration: ["Use in the configuration", "Usar en la configuración"],
 });
 
 export const TERMINAL = words({
   intro: [
-    "Ask the motion controller in its own language. Commands here only read: they change nothing and move nothing.",
-    "Pregunte al controlador en su propio lenguaje. Las órdenes de aquí solo leen: no cambian nada ni mueven nada.",
+    "Send commands to the motion controller in its own language. They only read: they change nothing and move nothing.",
+    "Envíe órdenes al controlador en su propio lenguaje. Solo leen: no cambian nada ni mueven nada.",
   ],
   examples: ["Examples", "Ejemplos"],
   command: ["Command (DMC)", "Orden (DMC)"],
@@ -234,7 +234,7 @@ export const TERMINAL = words({
   history: ["The arrow keys up and down bring back earlier commands.", "Las flechas arriba y abajo recuperan órdenes anteriores."],
   replies: ["Commands and replies", "Órdenes y respuestas"],
   empty: ["Replies appear here.", "Las respuestas aparecen aquí."],
-  clear: ["Empty the list", "Vaciar la lista"],
+  clear: ["Clear the list", "Vaciar la lista"],
   noReply: ["accepted, no text", "aceptada, sin texto"],
   rejected: ["The controller refuses: {reason} (code {code})", "El controlador la rechaza: {reason} (código {code})"],
   positions: ["encoder positions", "posiciones de los encoders"],
@@ -246,7 +246,7 @@ export const TERMINAL = words({
 });
 
 export const CONFIGURATION = words({
-  intro: ["Changes are in force at the next start of the service.", "Los cambios rigen desde el próximo arranque del servicio."],
+  intro: ["Changes take effect at the next start of the service.", "Los cambios rigen desde el próximo arranque del servicio."],
   find: ["Find a setting", "Buscar un ajuste"],
   changedOnly: ["Changed only", "Solo los cambiados"],
   noMatch: ["No setting matches.", "Ningún ajuste coincide."],
@@ -269,6 +269,6 @@ export const CONFIGURATION = words({
   wrong: ["Correct the marked settings first.", "Corrija primero los ajustes marcados."],
   nothing: ["Nothing is changed.", "No hay cambios."],
   notList: ["Enter a list, like [2, 3].", "Escriba una lista, como [2, 3]."],
-  saved: ["Saved. The changes are in force at the next start.", "Guardado. Los cambios rigen desde el próximo arranque."],
-  waiting: ["The file holds changes that are in force at the next start.", "El archivo contiene cambios que rigen desde el próximo arranque."],
+  saved: ["Saved. The changes take effect at the next start.", "Guardado. Los cambios rigen desde el próximo arranque."],
+  waiting: ["The file has changes that take effect at the next start.", "El archivo tiene cambios que rigen desde el próximo arranque."],
 });

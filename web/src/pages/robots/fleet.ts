@@ -1,8 +1,7 @@
 import type { FleetRobot, FleetStep, FleetView } from "../../generated/api.ts";
 import { angle, angleUnit, length, lengthUnit, place } from "../../look/units.ts";
-import { PRIMITIVES } from "../../words/common.ts";
+import { GRIPPER, PRIMITIVES } from "../../words/common.ts";
 import { dateTime, t } from "../../words/index.ts";
-import { LIVE } from "../../words/live.ts";
 import { ROBOTS } from "../../words/robots.ts";
 
 /** The colour of a robot's state: the class of its pill. */
@@ -38,7 +37,7 @@ export function described(step: FleetStep): string {
 
 function valuesOf(args: Record<string, unknown>): string {
   const numbers = (...keys: string[]) => keys.map((key) => (typeof args[key] === "number" ? args[key] : null));
-  if (typeof args["open"] === "boolean") return t(args["open"] ? LIVE.open : LIVE.closeGripper).toLowerCase();
+  if (typeof args["open"] === "boolean") return t(args["open"] ? GRIPPER.open : GRIPPER.close);
   if ("x" in args) return place(numbers("x", "y", "z") as number[]);
   if (!("a" in args)) return "";
   const [a, b, c] = numbers("a", "b", "c");
