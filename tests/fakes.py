@@ -11,7 +11,16 @@ from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner, name_of
 from maya_un.controller.protocol import Inspection, OnVia, Preview
 from maya_un.errors import Busy, MayaError, NotOverRos, Stopped
-from maya_un.events import EventLog, GripperClosed, GripperOpened, HomingBegun, HomingDone, OutputCleared, OutputSet
+from maya_un.events import (
+    EventLog,
+    GripperClosed,
+    GripperOpened,
+    HomingBegun,
+    HomingDone,
+    OutputCleared,
+    OutputSet,
+    SpeedChanged,
+)
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
@@ -164,9 +173,10 @@ class FakeController:
         return StopReport(moving, 0.5 if moving else 0.0, (0.0, 0.0, 0.0))
 
     async def override(self, ratio: float) -> None:
-        """Note it."""
+        """Note it, and announce it; the current motion keeps its speed."""
         self.calls.append(("override", ratio))
         self.state = replace(self.state, override=ratio)
+        self.events.emit(SpeedChanged(ratio))
 
     async def pause(self, *, ahead: bool = False) -> StopReport:
         """Note it; the current motion continues."""
@@ -195,8 +205,9 @@ class FakeController:
 
     async def _travel(self, name: str, path: Route, speed: float) -> None:
         preview = self.preview(path, speed=speed)
-        await self._take(name, path if isinstance(path, Path) else tuple(path), preview.duration)
-        self.state = state_of(preview.end, closed=self.state.gripper_closed)
+        shown = path if isinstance(path, Path) else tuple(path)
+        await self._take(name, shown, preview.duration / self.state.override)
+        self.state = replace(state_of(preview.end, closed=self.state.gripper_closed), override=self.state.override)
 
     async def _take(self, name: str, argument: object, duration: float) -> None:
         """Record a call and let its time pass; ends early by `stop`, by its failure, or by cancellation."""

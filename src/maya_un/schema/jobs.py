@@ -86,9 +86,10 @@ class JobLine:
     """One line of the queue or of its history.
 
     `position` is the place among the waiting jobs, from 1, None for others. `done` of `steps` are done, over all
-    rounds. `predicted` and `duration` are the predicted and actual duration [s, the robot's time], the first without
-    homings; `eta` is the time until the end [s, the robot's time], None if it is unknown or the queue is paused. Dates
-    are ISO 8601 in UTC, "" for none. A `direct` job starts at once, even if the queue is paused.
+    rounds. `predicted` and `duration` are the predicted and actual duration [s, the robot's time], the first at full
+    speed and without homings. `eta` is the time until the end at the present speed [s, the robot's time], None if it is
+    unknown or the queue is paused. Dates are ISO 8601 in UTC, "" for none. A `direct` job starts at once, even if the
+    queue is paused.
     """
 
     id: int
@@ -152,8 +153,8 @@ class QueueView:
     """The queue now: its mode, by whom, why and since when it is paused; the running job and the first waiting ones.
 
     `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` is the number
-    of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended, without held
-    ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
+    of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended at the present
+    speed, without held ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
     """
 
     mode: QueueMode
@@ -173,8 +174,8 @@ class StepResult:
     """One step: predicted and actual duration, and where it ended.
 
     `index` counts from 1 over all rounds, `key` is its place in the job. `code` is 0, or the error's; durations are in
-    s. `end_counts` are encoder counts, `end_point` is in m; both are None until the step has ended at a known position.
-    `phase` is the last known phase.
+    s, the robot's time, and the `predicted` one is at full speed. `end_counts` are encoder counts, `end_point` is in m;
+    both are None until the step has ended at a known position. `phase` is the last known phase.
     """
 
     index: int

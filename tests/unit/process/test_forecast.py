@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+
 import pytest
 
 from maya_un.events import HomingBegun, HomingDone
@@ -84,6 +86,31 @@ async def test_a_slower_robot_is_later() -> None:
         half = layer.process.shown.view().waiting[0].eta
         assert full is not None
         assert half == pytest.approx(2.0 * full)
+
+
+async def test_end_of_a_slow_job_stays_where_it_is() -> None:
+    async with Machine().running() as layer:
+        await layer.controller.override(0.1)
+        began = asyncio.get_running_loop().time()
+        await layer.process.submit(MOVE)
+        await elapse(1.0)
+        ends: list[float] = []
+        for _ in range(4):
+            view = layer.process.shown.view()
+            assert view.running is not None
+            ends.append(asyncio.get_running_loop().time() - began + (view.running.eta or 0.0))
+            await elapse(10.0)
+        report = await layer.process.result(1)
+        assert ends == pytest.approx([report.duration] * len(ends))
+
+
+async def test_homing_is_as_long_at_any_speed() -> None:
+    async with Machine().running() as layer:
+        await layer.process.submit(MOVE)
+        await elapse(1.0)
+        full = await with_homing(layer)
+        await layer.controller.override(0.1)
+        assert await with_homing(layer) == pytest.approx(full)
 
 
 async def test_held_jobs_and_their_dependents_do_not_count() -> None:

@@ -135,7 +135,7 @@ class JobRecord:
     """The present data of the steps of one job.
 
     `preview` is the prediction of its last check, `end` the robot's predicted end pose. `current` is the index of the
-    step under way, 0 between two steps; it began at loop time `current_since` [s].
+    step under way, 0 between two steps; it would have begun at loop time `current_since` [s] at the present speed.
     """
 
     expansion: Expansion

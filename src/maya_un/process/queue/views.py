@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from maya_un.config import Config, Units
 from maya_un.errors import MayaError, NotFound
-from maya_un.events import Event, EventLog, HomingBegun, HomingDone
+from maya_un.events import Event, EventLog, HomingBegun, HomingDone, SpeedChanged
 from maya_un.process.computation import REPORT, JobComputer, JobOutlook
 from maya_un.process.journal.protocol import Filter, JobRow, Journal, StepRow
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
@@ -97,6 +97,7 @@ class Forecast:
         self._under_way = under_way
         self._homing = homing
         self._known: dict[int, _Known] = {}
+        self._ratio = 1.0
         self._task: asyncio.Task[None] | None = None
         self._stale = False
         self._closed = False
@@ -114,13 +115,26 @@ class Forecast:
             return None
         return known.course.preview.duration
 
-    def etas(self, now: float) -> Etas:
-        """Return the expected ends of jobs, from loop time `now` [s] on, at full speed, as far as they are known."""
+    def hear(self, event: Event) -> None:
+        """After a change of the speed override, count the motion under way as if it had always had the new one."""
+        if not isinstance(event, SpeedChanged):
+            return
+        running = self._under_way()
+        record = None if running is None else running.record
+        if record is not None and record.under_way is not None and record.under_way.row.predicted is not None:
+            record.current_since = event.time - (event.time - record.current_since) * self._ratio / event.ratio
+        self._ratio = event.ratio
+
+    def etas(self, now: float, ratio: float) -> Etas:
+        """Return the expected ends of jobs, from loop time `now` [s] on, as far as they are known.
+
+        They hold for the speed override `ratio`. It does not change homings, which have speeds of their own.
+        """
         passed, homings = 0.0, 0
         found: dict[int, float] = {}
         running = self._under_way()
         if running is not None:
-            left = self._left(running, now)
+            left = self._left(running, now, ratio)
             if left is None:
                 return Etas(found, estimated=False)
             found[running.number] = passed = left
@@ -130,7 +144,7 @@ class Forecast:
             if duration is None:
                 break
             known = sum(step.duration is None for step in self._known[item.number].course.preview.steps)
-            passed += duration + known * self._homing.seconds
+            passed += duration / ratio + known * self._homing.seconds
             homings += known
             found[item.number] = passed
         return Etas(found, estimated=homings > 0)
@@ -147,7 +161,7 @@ class Forecast:
             ahead.remove(item)
         return turns
 
-    def _left(self, item: QueueEntry, now: float) -> float | None:
+    def _left(self, item: QueueEntry, now: float, ratio: float) -> float | None:
         """Return the remaining duration of the job under way [s], None before it has been checked."""
         record = item.record
         if record is None or record.preview is None:
@@ -155,8 +169,8 @@ class Forecast:
         tally, step = record.tally, record.under_way
         current = 0.0
         if step is not None and not step.state.ended:
-            current = self._homing.seconds if step.row.predicted is None else step.row.predicted
-        whole = tally.predicted + tally.homings * self._homing.seconds
+            current = self._homing.seconds if step.row.predicted is None else step.row.predicted / ratio
+        whole = tally.predicted / ratio + tally.homings * self._homing.seconds
         return max(0.0, whole - min(now - record.current_since, current))
 
     async def close(self) -> None:
@@ -242,6 +256,7 @@ class QueueViews:
         self.slices = Slices()
         homing = HomingTime(shared.robot.config, shared.controller.events)
         self._forecast = Forecast(shared.robot, items, shared.foresight, lambda: turns.running, homing)
+        shared.controller.events.heard_by(self._forecast.hear)
         items.on_change = self._forecast.renew
 
     @property
@@ -351,9 +366,7 @@ class QueueViews:
         """Return the expected ends of jobs [s, loop time from now], none while the queue is paused."""
         if self._shared.pausing.paused:
             return Etas({}, estimated=False)
-        ratio = self._shared.controller.state.override
-        etas = self._forecast.etas(asyncio.get_running_loop().time())
-        return Etas({number: eta / ratio for number, eta in etas.at.items()}, etas.estimated)
+        return self._forecast.etas(asyncio.get_running_loop().time(), self._shared.controller.state.override)
 
     def _line(self, item: QueueEntry, etas: Mapping[int, float] = _NO_ETAS) -> JobLine:
         done = None if item.record is None else item.record.done
