@@ -1,9 +1,9 @@
 import { computed, ref, watch } from "vue";
 import type { JobLine } from "../generated/api.ts";
-import { clock, t } from "../words/index.ts";
+import { clock, shortDuration, t } from "../words/index.ts";
 import { LIVE } from "../words/live.ts";
 import { readings } from "./readings.ts";
-import { clockSpeed, queue } from "./robot.ts";
+import { clockSpeed, queue, state } from "./robot.ts";
 
 /** The job under way, if any. */
 export const running = computed(() => queue.value?.running ?? null);
@@ -42,6 +42,19 @@ export function endOf(line: JobLine): Date | null {
 export function leftOf(line: JobLine): number | null {
   const end = endOf(line);
   return end === null ? null : Math.max(0, (end.getTime() - now.value) / 1000);
+}
+
+/** Returns in words how long something took, by the clock on the wall; `seconds` are those of the robot's clock. */
+export function took(seconds: number | null | undefined): string {
+  return shortDuration(seconds == null ? seconds : seconds / clockSpeed.value);
+}
+
+/** The present speed of all motion, as a share of the full one. */
+export const override = computed(() => state.value?.override ?? 1);
+
+/** Returns in words how long something will take at the present speed; `seconds` are predicted at full speed. */
+export function willTake(seconds: number | null | undefined): string {
+  return took(seconds == null ? seconds : seconds / override.value);
 }
 
 /** Returns in words when something will be done, "" if nobody knows. */

@@ -57,3 +57,9 @@ export function duration(seconds: number | null | undefined): string {
   const two = (value: number) => String(value).padStart(2, "0");
   return h > 0 ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
 }
+
+/** Returns a duration [s] as `duration` does, but one below 10 s with a tenth of a second: "0.4 s". */
+export function shortDuration(seconds: number | null | undefined): string {
+  if (seconds === null || seconds === undefined || !(seconds < 9.95)) return duration(seconds);
+  return `${Math.max(0, seconds).toLocaleString(locale.value, { minimumFractionDigits: 1, maximumFractionDigits: 1 })} s`;
+}
