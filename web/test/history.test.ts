@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { JobLine, JobReport, RecordedStates, StepResult, TaskState } from "../src/generated/api.ts";
-import { comparisonOf, difference, percent, widths } from "../src/pages/history/durations.ts";
+import { comparisonOf, deviation, difference, percent } from "../src/pages/history/durations.ts";
 import { joined, PAGE, queryOf, type Wanted } from "../src/pages/history/paging.ts";
 import { roundValues, stepChart } from "../src/pages/history/step-bars.ts";
 import { lastUpTo, Track } from "../src/pages/history/track.ts";
@@ -28,9 +28,11 @@ describe("predicted against actual", () => {
     expect(percent(difference(30, null))).toBe("–");
   });
 
-  it("draws the longer of two bars in full width", () => {
-    expect(widths({ predicted: 10, actual: 20 })).toEqual({ predicted: 50, actual: 100 });
-    expect(widths({ predicted: 0, actual: 0 })).toEqual({ predicted: 0, actual: 0 });
+  it("tells a prediction from the actual time only if they differ", () => {
+    expect(deviation({ predicted: 10, actual: 20 })).toBe(1);
+    expect(deviation({ predicted: 10, actual: 10.04 })).toBeNull();
+    expect(deviation({ predicted: 0.1, actual: 0.3 })).toBeNull();
+    expect(deviation(undefined)).toBeNull();
   });
 });
 

@@ -27,6 +27,8 @@ export const HISTORY = words({
   actual: ["Actual", "Real"],
   difference: ["Difference", "Diferencia"],
   whole: ["Whole job", "Trabajo entero"],
+  against: ["{difference} against the prediction", "{difference} respecto a lo previsto"],
+  predictedOf: ["predicted {time}", "previsto {time}"],
   pair: ["predicted {predicted}, actual {actual}, {difference}", "previsto {predicted}, real {actual}, {difference}"],
   homingNote: ["The duration of homing cannot be predicted. The comparison leaves it out; the time of the whole job includes it.", "La referenciación no se puede prever. La comparación no la incluye; el tiempo del trabajo entero sí."],
   began: ["Began", "Comenzó"],

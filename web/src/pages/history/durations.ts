@@ -33,8 +33,11 @@ export function percent(share: number | null): string {
   return `${whole > 0 ? "+" : whole < 0 ? "−" : "±"}${Math.abs(whole)} %`;
 }
 
-/** Returns the widths of the two bars in percent of the longer one. */
-export function widths({ predicted, actual }: Comparison): Comparison {
-  const longest = Math.max(predicted, actual, 1e-9);
-  return { predicted: (predicted / longest) * 100, actual: (actual / longest) * 100 };
+/** Below this share a difference is not worth a line. */
+const SLIGHT = 0.005;
+
+/** Returns by how much a job took longer than predicted, as a share; null if it is unknown or too little to tell. */
+export function deviation(compared: Comparison | null | undefined): number | null {
+  const share = compared ? difference(compared.predicted, compared.actual) : null;
+  return share === null || Math.abs(share) < SLIGHT ? null : share;
 }
