@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { StepResult } from "../src/generated/api.ts";
-import { bodyAsJob, firstGap, firstUndone, freshName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
+import { bodyAsJob, firstGap, firstUndone, freshName, newestByName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
 
 const JOB: JobData = {
   name: "one cube",
@@ -139,4 +139,9 @@ test.each([
 ])("a job with the steps %j begins again at %j", (states, first) => {
   const steps = states.map((state, i) => ({ index: i + 1, state }) as StepResult);
   expect(firstUndone(steps)).toBe(first);
+});
+
+test("of jobs with one name the newest is offered", () => {
+  const lines = [{ id: 5, name: "sort" }, { id: 4, name: "" }, { id: 3, name: "fill" }, { id: 2, name: "sort" }];
+  expect(newestByName(lines).map((one) => one.id)).toEqual([5, 3]);
 });

@@ -1,4 +1,4 @@
-import type { Job, Step as JobStep, StepResult, Task } from "../generated/api.ts";
+import type { Job, JobLine, Step as JobStep, StepResult, Task } from "../generated/api.ts";
 
 /**
  * A job as plain data, as the service parses and formats it. Blocks are a view of its steps: nothing else is kept, so
@@ -216,6 +216,11 @@ export function bodyAsJob(body: Record<string, unknown>): JobData {
   const command = String(single["command"]);
   const argument = command === "gripper" ? (single["open"] === true ? "open" : "close") : (single["target"] ?? single["joints"] ?? null);
   return { name: command, steps: [writeStep(command, argument)] };
+}
+
+/** Returns the newest job of each name; jobs without a name are left out. `lines` are newest first. */
+export function newestByName<Line extends Pick<JobLine, "name">>(lines: readonly Line[]): Line[] {
+  return lines.filter((one, i) => one.name !== "" && lines.findIndex((other) => other.name === one.name) === i);
 }
 
 /** Returns a step as people write it: `home`, where the service keeps `{home: true}`. */

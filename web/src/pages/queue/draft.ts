@@ -44,6 +44,10 @@ export const complete = computed(
   () => ahead.value === null && mistake.value === null && problem.value === null && job.value.steps.length > 0 && gap.value === null,
 );
 
+/** Whether there is a draft, or a person opened the text to write one: until then the page shows only ways to begin. */
+export const opened = ref(false);
+export const begun = computed(() => opened.value || text.value !== "" || job.value.steps.length > 0);
+
 /** Whether the person has changed the draft since it was put there. */
 let own = text.value !== "";
 let timer: ReturnType<typeof setTimeout> | undefined;
