@@ -4,7 +4,8 @@ import { onStop } from "../api/stop.ts";
 import type { HeldJog, Jogged } from "../generated/api.ts";
 import { failureOf, type Failure } from "../state/act.ts";
 import { whyNot } from "../state/can.ts";
-import { queue, state, stream } from "../state/robot.ts";
+import { live, queue, state, stream } from "../state/robot.ts";
+import { COMMON } from "../words/common.ts";
 import { t } from "../words/index.ts";
 import { LIVE } from "../words/live.ts";
 import { Hold, type Axis, type Heading, type HoldLink } from "./hold.ts";
@@ -16,6 +17,7 @@ export const jobRuns = computed(() => queue.value?.running != null && queue.valu
 
 /** Why nobody can jog from this page now, "" if it is possible. While the robot moves, the service decides. */
 export const jogReason = computed(() => {
+  if (!live.value) return t(COMMON.offline);
   if (jobRuns.value) return t(LIVE.whileJob);
   return state.value?.mode === "moving" ? "" : whyNot("jog");
 });
