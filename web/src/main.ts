@@ -2,6 +2,7 @@ import { createApp } from "vue";
 import "./look/tokens.css";
 import "./look/base.css"; // before the styles of the components, which change it
 import App from "./App.vue";
+import { followJobs } from "./app/finish.ts";
 import { keepFiles } from "./app/install.ts";
 import { listenForStop } from "./app/stop-keys.ts";
 import { applyTheme } from "./look/theme.ts";
@@ -17,3 +18,4 @@ if (code) void redeem(code).finally(start);
 else start();
 addEventListener("load", () => void keepFiles());
 listenForStop();
+followJobs();

@@ -11,6 +11,10 @@ declare const BUILD: string;
 interface Worker extends EventTarget {
   skipWaiting(): Promise<void>;
   readonly location: Location;
+  readonly clients: {
+    matchAll(of: { type: "window"; includeUncontrolled: boolean }): Promise<{ focus(): Promise<unknown> }[]>;
+    openWindow(url: string): Promise<unknown>;
+  };
 }
 interface Extendable extends Event {
   waitUntil(work: Promise<unknown>): void;
@@ -18,6 +22,10 @@ interface Extendable extends Event {
 interface Fetching extends Extendable {
   readonly request: Request;
   respondWith(answer: Promise<Response>): void;
+}
+
+interface Clicked extends Extendable {
+  readonly notification: Notification;
 }
 
 const worker = self as unknown as Worker;
@@ -44,6 +52,17 @@ worker.addEventListener("fetch", (event) => {
     (event as Fetching).respondWith(file(request));
   }
 });
+
+/** A click on a notification shows the page. */
+worker.addEventListener("notificationclick", (event) => {
+  (event as Clicked).notification.close();
+  (event as Clicked).waitUntil(showPage());
+});
+
+async function showPage(): Promise<void> {
+  const [open] = await worker.clients.matchAll({ type: "window", includeUncontrolled: true });
+  await (open?.focus() ?? worker.clients.openWindow("/"));
+}
 
 /** Keeps the files of this build, and replaces the worker of an older one at once. */
 async function keep(): Promise<void> {
