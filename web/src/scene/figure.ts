@@ -72,7 +72,7 @@ export class Figure {
 
   /** The colour of a line of the robot follows its tension, so it has no token. */
   private line(): Line {
-    return new THREE.Mesh(new THREE.CylinderGeometry(0.006, 0.006, 1, 8), this.paint("c2"));
+    return new THREE.Mesh(new THREE.CylinderGeometry(0.006, 0.006, 1, 8), this.paint("slack"));
   }
 }
 

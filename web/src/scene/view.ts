@@ -3,7 +3,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Config, MotionView, Point, State, WorkspaceShape } from "../generated/api.ts";
 import { token } from "../look/theme.ts";
 import type { Zone } from "../machine/plan.ts";
-import { colourOf } from "./colours.ts";
+import { colourOf, SLACK } from "./colours.ts";
 import { Figure } from "./figure.ts";
 import { Ghost, type Ahead } from "./ghost.ts";
 import { Grips } from "./grips.ts";
@@ -295,10 +295,10 @@ export class RobotView {
   }
 
   private colourOfTension(line: 0 | 1): THREE.Color {
-    const calm = new THREE.Color(token("c2"));
+    const calm = new THREE.Color(token("slack"));
     const value = this.tension?.[line] ?? 0;
     const limit = this.config.safety.tension_limit;
-    return calm.lerp(new THREE.Color(token("stop")), Math.min(1, Math.max(0, (value - 0.7) / Math.max(0.1, limit - 0.7))));
+    return calm.lerp(new THREE.Color(token("stop")), Math.min(1, Math.max(0, (value - SLACK) / Math.max(0.1, limit - SLACK))));
   }
 
   private shorten(): void {
