@@ -99,6 +99,13 @@ EXAMINE = """async ([rules, whole]) => {
 """Returns what axe finds on the whole page, or in the part that a step opens: then no bar lies over anything."""
 
 
+ON_FIRST_SCREEN = """(part) => {
+    const [box, stop] = [part, '.dock .stop'].map((one) => document.querySelector(one)?.getBoundingClientRect());
+    return scrollY === 0 && box?.height > 0 && box.top >= 0 && box.bottom <= (stop.height ? stop.top : innerHeight);
+}"""
+"""Tells whether a part is to be seen without scrolling, above the stop button of a phone."""
+
+
 class Examiner:
     """Has axe look at the stages of pages, and collects what it finds."""
 
@@ -169,6 +176,8 @@ def test_a_job_that_runs_and_a_robot_that_moves(robot: TwinService, examiner_of:
     tab.open("/queue")
     examiner.walk("queue", [["[data-running] .toggle"], ["a.place[href='/']"]])
     assert robot.state["moving"]
+    for part in ("[data-motion] [data-pause]", "[data-left]", "[data-driver-now]", "[data-speed-now]"):
+        tab.until(f"({ON_FIRST_SCREEN})('{part}')", f"{part} is on the first screen")
     assert examiner.found == []
 
 

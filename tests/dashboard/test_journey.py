@@ -75,7 +75,11 @@ def test_first_visit_home_pick_and_place(new: TwinService, tab_of: Callable[...,
     expect(tab.page.locator("[data-blocks] > ol > li")).to_have_count(3)
     tab.page.click("[data-do-preview]")
     expect(tab.page.locator("[data-preview]")).to_contain_text("pick cube")
+    tab.hide()
     tab.page.click("[data-submit]")
+    tab.until("document.title === 'pick and place: hecho · Maya'", "a tab that nobody sees says that the job has ended")
+    tab.hide(False)
+    assert tab.get("document.title") == "Maya"
     ended = tab.page.locator("[data-ended]").get_by_role("button", name="pick and place")
     expect(ended).to_be_visible()
     require_placed(new, "cube", TRAY)

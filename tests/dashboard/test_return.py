@@ -60,6 +60,7 @@ def test_the_page_says_that_the_service_is_gone_and_goes_on_when_it_is_back(own:
     kept_tab.until("document.querySelector('[data-lost]')?.innerText.includes('The robot may still move.')")
     assert kept_tab.get("document.querySelector('.app').classList.contains('stale')")
     expect(kept_tab.page.locator("[data-home] [role=tooltip]")).to_contain_text("There is no connection")
+    expect(kept_tab.page.locator("[data-why-speed]")).to_contain_text("There is no connection")
     kept_tab.page.click("button.stop >> visible=true")
     kept_tab.until("document.querySelector('[data-stopped]').innerText.includes('Use the emergency stop.')")
     own.start()

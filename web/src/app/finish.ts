@@ -52,6 +52,7 @@ export function followJobs(): void {
     for (const { detail } of fresh) {
       const state = ENDS.find((one) => one === detail["state"]);
       const job = Number(detail["job"]);
+      if (detail["state"] === "running") seen.add(job);
       if (state === undefined || !seen.delete(job) || !document.hidden) continue;
       ended.value = `${detail["name"] || `#${job}`}: ${t(STATES[state])}`;
       if (notifies.value) void notify(ended.value, job).catch(() => undefined); // the title says it too

@@ -30,7 +30,7 @@ const joints = (of: "velocity" | "following_error", per: string, finer: number) 
   (["a", "b", "c"] as const).map(
     (name, i): Curve =>
       i === 0
-        ? { name, tone: "c1", column: `${of}_a`, factor: angleFactor.value, unit: angleUnit.value + per, digits: millimetres.value ? 2 : 4, scale: "angle" }
+        ? { name, tone: "c1", column: `${of}_a`, factor: angleFactor.value, unit: angleUnit.value + per, digits: (millimetres.value ? 2 : 4) + finer, scale: "angle" }
         : { name, tone: `c${i + 1}`, column: `${of}_${name}`, factor: lengthFactor.value, unit: lengthUnit.value + per, digits: (millimetres.value ? 1 : 4) + finer, scale: "y" },
   );
 
