@@ -9,14 +9,17 @@ from zlib import crc32
 import pytest
 from xdist.scheduler import LoadScopeScheduling
 
-TOGETHER = ("tests/ros/shared/", "tests/conventions/", "tests/dashboard/")
-"""Folders that one worker runs: their files share a launch, the parsed source, or a browser and a robot."""
+TOGETHER = ("tests/ros/shared/", "tests/conventions/")
+"""Folders that one worker runs: their files share a launch, or the parsed source.
+
+Those of tests/dashboard share a robot, but it starts in a second, and every file has a browser of its own.
+"""
 
 APART = ("tests/system/test_random_jobs.py",)
 """Files whose cases share nothing and take half an hour each in the long run: each case goes to any worker."""
 
 FIRST = ("tests/conventions/", "tests/dashboard/", "tests/ros/", "tests/system/")
-"""Folders of long scopes: one worker runs all conventions, one the dashboard; short files fill the end."""
+"""Folders of long scopes, for example all conventions, which one worker runs; short files fill the end."""
 
 
 class Rooms(LoadScopeScheduling):
