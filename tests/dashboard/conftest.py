@@ -93,21 +93,24 @@ def used_tabs() -> list[Tab]:
 
 
 @pytest.fixture
-def tab(robot: Service, chromium: Browser, used_tabs: list[Tab]) -> Iterator[Tab]:
-    """Return a tab with the page Drive of that robot, which needs less computing than the 3D view of the page Live.
-
-    The context of the test before is used again if it is open.
-    """
+def bare_tab(robot: Service, chromium: Browser, used_tabs: list[Tab]) -> Iterator[Tab]:
+    """Return a tab for that robot, in which the test opens a page. The context of the test before is used again."""
     if not used_tabs or used_tabs[-1].page.is_closed():
         used_tabs.append(new_tab(chromium, robot))
     made = used_tabs[-1]
     made.problems.clear()
     made.page.set_viewport_size({"width": 1440, "height": 900})
-    made.open("/drive")
     yield made
     assert made.problems == []
     if made.page.url.startswith(robot.url) and not made.page.is_closed():
         made.page.evaluate("localStorage.clear()")
+
+
+@pytest.fixture
+def tab(bare_tab: Tab) -> Tab:
+    """Return that tab with the page Drive, which needs less computing than the 3D view of the page Live."""
+    bare_tab.open("/drive")
+    return bare_tab
 
 
 @pytest.fixture(scope="package")

@@ -113,7 +113,7 @@ def test_a_snapshot_is_requested_after_the_answer_to_the_one_before(
     shows(watching, "blue")
 
 
-def test_without_a_camera_there_is_no_place_for_one(tab: Tab) -> None:
-    tab.open("/")
-    tab.until("document.querySelector('[data-scene]')?.dataset.drawn")
-    assert tab.get("document.querySelector('[data-camera]') === null")
+def test_without_a_camera_there_is_no_place_for_one(bare_tab: Tab) -> None:
+    bare_tab.open("/")
+    bare_tab.until("document.querySelector('[data-scene]')?.dataset.drawn")
+    assert bare_tab.get("document.querySelector('[data-camera]') === null")

@@ -48,13 +48,13 @@ def inert(tab: Tab, where: str) -> None:
 
 
 @pytest.mark.parametrize("path", PAGES)
-def test_texts_of_users_are_shown_as_they_are(named: int, tab: Tab, path: str) -> None:
+def test_texts_of_users_are_shown_as_they_are(named: int, bare_tab: Tab, path: str) -> None:
     for address in [path, *(one.format(job=named) for one in SHOWN if one.startswith(f"{path}?"))]:
-        tab.open(address)
-        inert(tab, address)
+        bare_tab.open(address)
+        inert(bare_tab, address)
         if path == "/history":
-            tab.until(f"document.querySelector('main').innerText.includes({EVIL!r})")
-            inert(tab, address)
+            bare_tab.until(f"document.querySelector('main').innerText.includes({EVIL!r})")
+            inert(bare_tab, address)
 
 
 @pytest.fixture(scope="module")
