@@ -138,7 +138,7 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
 
     operator.sign_in("bea", secret("bea"))
     visit(operator, "/people")
-    operator.page.locator("[data-approvals]").get_by_role("button", name="Look").click()
+    operator.page.locator("[data-approvals]").get_by_role("button", name="Review").click()
     proposal = operator.page.locator("[data-proposal]")
     expect(proposal).to_contain_text("proposed by ana")
     expect(proposal).to_contain_text("pick cubo")
@@ -253,8 +253,10 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
         if row < len(MEASURED):
             tab.page.go_back()
             tab.page.go_back()
-    tab.page.locator("[data-remove-point]").last.click()
-    expect(tab.page.locator("[data-points] [role=group]")).to_contain_text(f"row {len(MEASURED)}")
+    last = tab.page.locator("[data-points] tbody tr").last
+    row_number = last.locator("td").first.inner_text()
+    last.locator("[data-remove-point]").click()
+    expect(tab.page.locator("[data-points] [role=group]")).to_contain_text(f"row {row_number}?")
     tab.page.keyboard.press("Escape")
     expect(tab.page.locator("[data-points] tbody tr")).to_have_count(len(MEASURED))
     tab.page.click("[data-fit]")

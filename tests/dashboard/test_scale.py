@@ -15,7 +15,7 @@ from tests.dashboard.tabs import Tab
 
 JOBS, POSES = 10_000, 200
 
-FEW = 2_500
+FEW = 3_000
 """A page with more elements than this is slow."""
 
 ELEMENTS = "document.querySelectorAll('*').length"
