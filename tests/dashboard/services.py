@@ -112,10 +112,10 @@ class Service(ABC):
             self.until(lambda status: status["state"]["homed"])
         self.until(lambda status: status["state"]["mode"] == "idle")
 
-    def begin_motion(self) -> None:
+    def begin_motion(self, ratio: float = 0.1) -> None:
         """Have the robot turn slowly by about a radian: it is under way for long."""
         self.until_homed()
-        self.ask("POST /v1/speed", {"ratio": 0.1})
+        self.ask("POST /v1/speed", {"ratio": ratio})
         joints = self.state["joints"]
         to = [0.2 if joints[0] > 0.7 else 1.2, 1.5, 1.5]
         self.ask("POST /v1/tasks", {"command": "move", "joints": to})

@@ -172,7 +172,7 @@ def test_pages_and_what_opens_in_them(furnished: TwinService, examiner_of: Opene
 
 def test_a_job_that_runs_and_a_robot_that_moves(robot: TwinService, examiner_of: Opened) -> None:
     tab, examiner = examiner_of(robot)
-    robot.begin_motion()
+    robot.begin_motion(0.02)  # axe takes long on a busy machine
     tab.open("/queue")
     examiner.walk("queue", [["[data-running] .toggle"], ["a.place[href='/']"]])
     assert robot.state["moving"]
