@@ -37,7 +37,10 @@ SECONDS = 3.0
 
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
-TO_AND_FRO = {"name": "to and fro", "steps": [{"move": place} for place in ([0.5, 1.4, 1.5], [1.2, 1.5, 1.4])]}
+TO_AND_FRO: dict[str, Any] = {
+    "name": "to and fro",
+    "steps": [{"move": place} for place in ([0.5, 1.4, 1.5], [1.2, 1.5, 1.4])],
+}
 """A job that ends where it begins, so it takes as long each time."""
 
 SUBSCRIPTION = {

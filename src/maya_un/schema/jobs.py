@@ -153,8 +153,8 @@ class QueueView:
     """The queue now: its mode, by whom, why and since when it is paused; the running job and the first waiting ones.
 
     `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` is the number
-    of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended at the present
-    speed, without held ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
+    of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended at the
+    present speed, without held ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
     """
 
     mode: QueueMode
