@@ -2,7 +2,8 @@
 
 The robot carries out long jobs, and the page Live shows it, with the 3D view and the plots. The clock of the twin
 runs a hundred times as fast as real time. What grows would show between the first hour, when everything is loaded and
-the trace and the plots are full, and the eighth.
+the trace and the plots are full, and the eighth. `maya up` itself grows by its log of events, about 1 kB each, until
+the log is full (`maya_un.events.KEPT`), whether or not somebody looks on.
 """
 
 from __future__ import annotations
@@ -71,11 +72,11 @@ def main() -> None:
     found = looked_on()
     first, last = f"after {WARM} hour", f"after {HOURS} hours"
     cases = []
-    for name, kind in (("objects of the page", "heap"), ("memory of maya up", "served")):
+    for name, kind, most in (("objects of the page", "heap", 2.0), ("memory of maya up", "served", 10.0)):
         before, after = (getattr(found[hours], kind) for hours in (WARM, HOURS))
         cases += [
             Case(f"{name} {first}", lambda value=before: value, "MB"),
-            Case(f"{name} {last}", lambda value=after: value, "MB", Goal(2.0, f"{name} {first}", "over")),
+            Case(f"{name} {last}", lambda value=after: value, "MB", Goal(most, f"{name} {first}", "over")),
         ]
     report(measure(cases, rounds=1))
 
