@@ -182,13 +182,19 @@ def _pattern(template: str) -> tuple[str, Callable[[], re.Pattern[str]]]:
 
     @cache
     def compiled() -> re.Pattern[str]:
-        found, seen = list[str](), set[str]()
+        parts, seen = [""], set[str]()
         for text, name, is_number in pieces:
-            found.append(re.escape(text))
-            if name:
-                found.append(f"(?P={name})" if name in seen else f"(?P<{name}>{_NUMBER if is_number else '.*?'})")
-                seen.add(name)
-        return re.compile("".join(found), re.DOTALL)
+            parts[-1] += re.escape(text)
+            if name in seen:
+                parts[-1] += f"(?P={name})"
+            elif name and is_number:
+                parts[-1] += f"(?P<{name}>{_NUMBER})"
+            elif name:
+                parts.append(f"(?P<{name}>.*?)")
+            seen.add(name or "")
+        # An atomic part takes the first place where it fits, so that the time grows linearly with the text.
+        *first, last = parts
+        return re.compile("".join(f"(?>{one})" for one in first) + last, re.DOTALL)
 
     return max((text for text, *_ in pieces), key=len), compiled
 

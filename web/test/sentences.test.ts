@@ -31,6 +31,13 @@ describe("a sentence of the service", () => {
     expect(inLanguage(twice, "x (*) z: y?", "es")).toBe("x (*) z: y?");
   });
 
+  it("that nearly fits costs little, however long it is", () => {
+    const near = `x${" = ".repeat(8000)}${" is not valid: ".repeat(2000)}`;
+    const began = performance.now();
+    expect(inLanguage(SENTENCES["4001"]!, near, "es")).toBe(near);
+    expect(performance.now() - began).toBeLessThan(500);
+  });
+
   it("of every declared error comes back the same from Spanish", () => {
     for (const [code, one] of Object.entries(SENTENCES)) {
       const english = one.words[0].replace(/\{(\w+)\}/g, (_, name: string) => `<${name}>`);
@@ -56,6 +63,14 @@ describe("a phrase of the service", () => {
 
   it("stays as it is if it is unknown", () => {
     for (const text of ["", "Permission denied", "zero of a, zero of q", ": "]) expect(spanish(text)).toBe(text);
+  });
+
+  it("that nearly fits costs little", () => {
+    const end = SENTENCES["4044"]!.words[0].split("{error_code}")[1]!;
+    const near = `Step ${" of ".repeat(72)}${" failed: ".repeat(32)}${" (".repeat(155)}${end}!`;
+    const began = performance.now();
+    expect(spanish(near)).toBe(near);
+    expect(performance.now() - began).toBeLessThan(500);
   });
 
   it("is found by its text, whichever it is, and behind a name", () => {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from time import process_time
 from types import ModuleType
 
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from dmc41x3 import i18n
 from dmc41x3.errors import FileUnreadable
 from dmc41x3.i18n import marked, phrase, translate, translate_phrase
-from maya_un.errors import NothingToRecover
+from maya_un.errors import NothingToRecover, StepFailed
 
 UNREADABLE = FileUnreadable.en
 
@@ -73,6 +74,15 @@ def test_a_phrase_is_english_with_its_details() -> None:
 def test_a_phrase_is_found_by_its_text(text: str, spanish: str) -> None:
     assert translate_phrase(text, "es") == spanish
     assert translate_phrase(text, "en") == translate_phrase(text, "fr") == text
+
+
+def test_a_text_that_nearly_fits_a_template_costs_little() -> None:
+    """Its separators stand so often that a search that tries all their places takes a second."""
+    end = StepFailed.en.partition("{error_code}")[2]
+    near = f"Step {' of ' * 72}{' failed: ' * 32}{' (' * 155}{end}!"
+    began = process_time()
+    assert translate_phrase(near, "es") == near
+    assert process_time() - began < 0.2
 
 
 def test_the_longest_template_that_matches_is_taken() -> None:

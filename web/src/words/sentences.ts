@@ -16,13 +16,22 @@ function pattern(template: string): RegExp {
   const known = patterns.get(template);
   if (known !== undefined) return known;
   const seen = new Set<string>();
-  const pieces = template.split(/\{(\w+)\}/).map((piece, i) => {
-    if (i % 2 === 0) return piece.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
-    const again = seen.has(piece);
-    seen.add(piece);
-    return again ? `\\k<${piece}>` : `(?<${piece}>.*?)`;
-  });
-  const made = new RegExp(`^${pieces.join("")}$`, "s");
+  const parts: string[] = [];
+  let part = "";
+  for (const [i, piece] of template.split(/\{(\w+)\}/).entries()) {
+    if (i % 2 === 0) {
+      part += piece.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
+    } else if (seen.has(piece)) {
+      part += `\\k<${piece}>`;
+    } else {
+      seen.add(piece);
+      parts.push(part);
+      part = `(?<${piece}>.*?)`;
+    }
+  }
+  // A lookahead takes the first place where its part fits, so that the time grows linearly with the text.
+  const first = parts.map((one, i) => `(?=(?<$${i}>${one}))\\k<$${i}>`).join("");
+  const made = new RegExp(`^${first}${part}$`, "s");
   patterns.set(template, made);
   return made;
 }
@@ -70,6 +79,9 @@ interface Template {
 const DEEPEST = 4;
 const LONGEST = 1000;
 
+/** The number of results that are kept: many templates ask for the same part of a text, and a page shows a text often. */
+const MOST_RESULTS = 1000;
+
 /**
  * Returns a function that translates phrases into `language`, as `translate_phrase` of the service does. A phrase is a
  * part of a sentence, for example a reason; a sentence may stand in a phrase too. If several templates match a text,
@@ -89,6 +101,8 @@ export function phraseBook(pairs: readonly Words[], sentences: readonly Sentence
     .map((one) => ({ ...one, pieces: one.from.split(/\{\w+\}/) }))
     .filter((one) => one.pieces.length > 1 || !known.has(one.from))
     .sort((a, b) => exactness(b.pieces) - exactness(a.pieces));
+
+  const results = new Map<string, Shown>();
 
   function* joined(text: string, depth: number): Generator<Shown> {
     const words = text.split(between);
@@ -120,7 +134,13 @@ export function phraseBook(pairs: readonly Words[], sentences: readonly Sentence
     if (whole !== undefined) return { text: whole, left: 0 };
     const stays = { text, left: text.length };
     if (depth === 0 || text.length > LONGEST) return stays;
-    return [...joined(text, depth), ...filled(text, depth), stays].reduce((best, one) => (one.left < best.left ? one : best));
+    const key = `${depth} ${text}`;
+    const before = results.get(key);
+    if (before !== undefined) return before;
+    const best = [...joined(text, depth), ...filled(text, depth), stays].reduce((best, one) => (one.left < best.left ? one : best));
+    if (results.size >= MOST_RESULTS) results.clear();
+    results.set(key, best);
+    return best;
   }
 
   return (text) => found(text, DEEPEST).text;
