@@ -88,3 +88,51 @@ def test_jog_by_a_key_ends_with_it_and_with_the_focus(robot: Service, tab: Tab) 
         end()
         robot.require_rest()
         tab.page.keyboard.up("Enter")
+
+
+GAMEPAD = """(() => {
+    const buttons = Array.from({ length: 17 }, () => ({ pressed: false }));
+    window.pad = { id: 'pad', connected: true, mapping: 'standard', axes: [0, 0, 0, 0], buttons, seen: 0 };
+    Object.defineProperty(pad, 'timestamp', { get: () => performance.now() });
+    navigator.getGamepads = () => { pad.seen += 1; return [pad]; };
+    window.sockets = [];
+    window.presses = new Set();
+    window.WebSocket = class extends WebSocket {
+        constructor(...of) { super(...of); sockets.push(this); }
+        send(text) { const { body } = JSON.parse(text); if (body?.hold) presses.add(body.press); super.send(text); }
+    };
+})()"""
+"""A gamepad that is not dead, the connections of the page, to cut them, and the presses that it sends."""
+
+INTERRUPTIONS: dict[str, Callable[[Tab], object]] = {
+    "stop": lambda tab: tab.page.keyboard.press("Space"),
+    "connection lost": lambda tab: tab.get("sockets.at(-1).close()"),
+}
+
+
+@pytest.mark.parametrize("interruption", INTERRUPTIONS)
+def test_gamepad_moves_nothing_after_an_interruption_until_its_button_comes_up(
+    robot: Service, bare_tab: Tab, interruption: str
+) -> None:
+    """The person still holds button and stick when the stop is done or the page is connected again."""
+    robot.ask("POST /v1/speed", {"ratio": 0.1})
+    bare_tab.page.add_init_script(GAMEPAD)
+    bare_tab.open("/drive")
+    way = -1 if key_of(robot).endswith("+") else 1
+    bare_tab.until("document.querySelector('[data-jog]:not([aria-disabled])')")
+    enable = "(pressed) => { pad.buttons[4].pressed = pressed }"
+    bare_tab.page.evaluate(enable, True)
+    bare_tab.page.evaluate("(way) => { pad.axes[1] = way }", way)
+    robot.until(lambda status: status["state"]["moving"])
+    INTERRUPTIONS[interruption](bare_tab)
+    bare_tab.until("document.querySelector('[data-gamepad]:not(.driving)')")
+    robot.require_rest()
+    bare_tab.until("document.querySelector('[data-jog]:not([aria-disabled])')")
+    robot.at(robot.state["time"] + 0.8 * SPEED)
+    assert bare_tab.get("presses.size") == 1
+    bare_tab.page.evaluate(enable, False)
+    bare_tab.until(f"pad.seen > {bare_tab.get('pad.seen') + 1}")
+    bare_tab.page.evaluate(enable, True)
+    bare_tab.until("presses.size === 2")
+    bare_tab.page.evaluate(enable, False)
+    robot.require_rest()
