@@ -50,3 +50,20 @@ def test_buttons_that_are_off_say_why(guarded: Service, tab_of: Callable[..., Ta
         expect(tab.page.locator(f"[data-{name}] [role=tooltip]")).to_contain_text("vic has the role viewer")
     tab.page.click("[data-pause]")
     expect(tab.page.locator("[data-pause] [role=tooltip]")).to_be_visible()
+
+
+FORBIDDEN = """for (const name of ['localStorage', 'sessionStorage'])
+    Object.defineProperty(window, name, { get: () => { throw new DOMException('denied', 'SecurityError'); } })"""
+
+FULL = """Storage.prototype.setItem = () => { throw new DOMException('full', 'QuotaExceededError'); }"""
+
+
+@pytest.mark.parametrize("storage", [FORBIDDEN, FULL], ids=["forbidden", "full"])
+def test_page_works_without_storage(robot_service: Service, tab_of: Callable[..., Tab], storage: str) -> None:
+    tab = tab_of(robot_service)
+    tab.page.add_init_script(storage)
+    tab.open("/drive")
+    stop_in_sight(tab)
+    tab.page.click(".rail [data-language]")
+    tab.page.click(".rail button:has(+ [data-language])")
+    assert tab.get("[document.documentElement.lang, document.documentElement.dataset.theme]") == ["es", "light"]

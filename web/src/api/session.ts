@@ -1,14 +1,14 @@
 import { ref } from "vue";
+import { forTab } from "../state/kept.ts";
 
 const KEY = "maya.token";
 
 /** The token of this tab. It is never part of a URL, and ends with the tab. */
-export const token = ref(sessionStorage.getItem(KEY) ?? "");
+export const token = ref(forTab.get(KEY) ?? "");
 
 export function keepToken(value: string): void {
   token.value = value;
-  if (value) sessionStorage.setItem(KEY, value);
-  else sessionStorage.removeItem(KEY);
+  forTab.set(KEY, value);
 }
 
 /** Returns the headers of a request over HTTP, by default with the token of this tab. */

@@ -1,5 +1,6 @@
 import { computed, ref, watch } from "vue";
 import { fixed } from "../look/units.ts";
+import { forBrowser } from "../state/kept.ts";
 import { events } from "../state/robot.ts";
 import { running, share } from "../state/running.ts";
 import { STATES } from "../words/common.ts";
@@ -17,14 +18,14 @@ function permission(): NotificationPermission {
 export const forbidden = ref(permission() === "denied");
 
 /** Whether this person wants a notification at the end of a job. */
-export const notifies = ref(localStorage.getItem(KEY) === "on" && permission() === "granted");
+export const notifies = ref(forBrowser.get(KEY) === "on" && permission() === "granted");
 
 /** Switches notifications. Only this asks the browser for its permission. */
 export async function swapNotifies(): Promise<void> {
   const wanted = !notifies.value && (await Notification.requestPermission()) === "granted";
   forbidden.value = permission() === "denied";
   notifies.value = wanted;
-  localStorage.setItem(KEY, wanted ? "on" : "off");
+  forBrowser.set(KEY, wanted ? "on" : "off");
 }
 
 /** How a job ended while nobody saw the page. */

@@ -1,4 +1,5 @@
 import { ref } from "vue";
+import { forBrowser } from "../state/kept.ts";
 
 const KEY = "maya.tour";
 
@@ -11,7 +12,7 @@ export function startTour(): void {
 
 /** Starts the tour on the first visit of this browser. */
 export function offerTour(): void {
-  if (localStorage.getItem(KEY) !== null) return;
-  localStorage.setItem(KEY, "shown");
+  if (forBrowser.get(KEY) !== null) return;
+  forBrowser.set(KEY, "shown");
   startTour();
 }

@@ -1,16 +1,17 @@
 import { ref } from "vue";
+import { forBrowser } from "../state/kept.ts";
 
 const KEY = "maya.theme";
 
 function initial(): "dark" | "light" {
-  return localStorage.getItem(KEY) === "light" ? "light" : "dark";
+  return forBrowser.get(KEY) === "light" ? "light" : "dark";
 }
 
 export const theme = ref(initial());
 
 export function swapTheme(): void {
   theme.value = theme.value === "dark" ? "light" : "dark";
-  localStorage.setItem(KEY, theme.value);
+  forBrowser.set(KEY, theme.value);
   applyTheme();
 }
 

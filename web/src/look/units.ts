@@ -1,14 +1,15 @@
 import { computed, ref } from "vue";
+import { forBrowser } from "../state/kept.ts";
 import { locale } from "../words/index.ts";
 
 const KEY = "maya.units";
 
 /** Units of lengths and angles on the page; messages are always in m and rad. */
-export const units = ref<"mm" | "si">(localStorage.getItem(KEY) === "si" ? "si" : "mm");
+export const units = ref<"mm" | "si">(forBrowser.get(KEY) === "si" ? "si" : "mm");
 
 export function swapUnits(): void {
   units.value = units.value === "mm" ? "si" : "mm";
-  localStorage.setItem(KEY, units.value);
+  forBrowser.set(KEY, units.value);
 }
 
 export const lengthUnit = computed(() => (units.value === "mm" ? "mm" : "m"));

@@ -1,4 +1,5 @@
 import { computed, ref } from "vue";
+import { forBrowser } from "../state/kept.ts";
 
 /** A text in English and in Spanish. `{name}` is replaced by a value. */
 export type Words = readonly [en: string, es: string];
@@ -8,7 +9,7 @@ export type Language = "en" | "es";
 const KEY = "maya.language";
 
 function initial(): Language {
-  const kept = localStorage.getItem(KEY);
+  const kept = forBrowser.get(KEY);
   if (kept === "en" || kept === "es") return kept;
   return navigator.language.toLowerCase().startsWith("es") ? "es" : "en";
 }
@@ -22,7 +23,7 @@ export function applyLanguage(): void {
 
 export function swapLanguage(): void {
   language.value = language.value === "en" ? "es" : "en";
-  localStorage.setItem(KEY, language.value);
+  forBrowser.set(KEY, language.value);
   applyLanguage();
 }
 

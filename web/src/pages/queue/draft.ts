@@ -3,6 +3,7 @@ import { ask } from "../../api/ask.ts";
 import type { Job, JobMistake, JobPreview } from "../../generated/api.ts";
 import { EMPTY, firstGap, stepOfKey, tidy, type JobData } from "../../parts/job.ts";
 import { failureOf, type Failure } from "../../state/act.ts";
+import { forTab } from "../../state/kept.ts";
 import { whenLive } from "../../state/load.ts";
 import { connection } from "../../state/robot.ts";
 
@@ -14,7 +15,7 @@ import { connection } from "../../state/robot.ts";
 const KEY = "maya.draft";
 const PAUSE = 300;
 
-export const text = ref(sessionStorage.getItem(KEY) ?? "");
+export const text = ref(forTab.get(KEY) ?? "");
 export const job = shallowRef<JobData>(EMPTY);
 export const mistake = shallowRef<JobMistake | null>(null);
 
@@ -54,7 +55,7 @@ let timer: ReturnType<typeof setTimeout> | undefined;
 let reading: Promise<void> = Promise.resolve();
 let writing = false;
 
-watch(text, (value) => (value ? sessionStorage.setItem(KEY, value) : sessionStorage.removeItem(KEY)));
+watch(text, (value) => forTab.set(KEY, value));
 whenLive(catchUp);
 
 /** Takes a change of the text; it is parsed when the person pauses. */
