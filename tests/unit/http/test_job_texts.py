@@ -47,7 +47,7 @@ async def test_example_is_parsed_and_written_again(text: str) -> None:
         ("", (1, 1, "job", "it must be a mapping")),
         ("- home\n", (1, 1, "job", "it must be a mapping")),
         ("x: !!python/object/apply:os.getcwd []\n", (1, 4, "", "could not determine a constructor")),
-        ("[" * 5000 + "]" * 5000, (1, 1, "", "it is nested too deeply")),
+        ("[" * 5000 + "]" * 5000, (1, 51, "", "it is nested too deeply")),
     ],
 )
 async def test_mistake_has_its_place(text: str, mistake: tuple[int, int, str, str]) -> None:

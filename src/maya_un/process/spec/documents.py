@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import yaml
 from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
+from yaml.scanner import ScannerError
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import FileUnreadable
@@ -60,8 +61,17 @@ def _add(once: dict[Any, Any], key: object, value: object) -> None:
     once[key] = value
 
 
+_DEEPEST = 50
+"""Number of brackets in each other that are read; the parser takes minutes for thousands."""
+
+
 class _Loader(yaml.SafeLoader):
-    """Safe YAML, in which a repeated key and an alias are errors."""
+    """Safe YAML, in which a repeated key, an alias and deep nesting are errors."""
+
+    def fetch_flow_collection_start(self, TokenClass: type[yaml.Token]) -> None:  # noqa: N803 - the name of the parser
+        if self.flow_level >= _DEEPEST:
+            raise ScannerError(None, None, phrase("it is nested too deeply"), self.get_mark())
+        super().fetch_flow_collection_start(TokenClass)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         once: dict[Hashable, Any] = {}
