@@ -25,6 +25,9 @@ const FORESIGHT = 0.075;
 const TRACE_SECONDS = 30;
 const MOST_TRACE = 900;
 
+/** Up to this distance a person can move the camera away [m]. */
+const FARTHEST = 8;
+
 /**
  * The robot in 3D. z is up, units are m. It draws a picture only when something has changed, and never before the page
  * itself is painted. Objects here are plain: nothing of three.js is reactive.
@@ -51,6 +54,8 @@ export class RobotView {
   private latest: { state: Pose; at: number } | null = null;
   private given: readonly (readonly [number, number, number])[] | null = null;
   private tension: [number, number] | null = null;
+  private view: View = "perspective";
+  private turned = false;
   private asked = 0;
   private drawn = 0;
   private readonly slow: boolean;
@@ -69,9 +74,9 @@ export class RobotView {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     canvas.style.touchAction = "pan-y"; // a finger that moves up and down scrolls the page
-    this.controls.maxDistance = 8;
     this.controls.minDistance = 0.3;
     this.controls.addEventListener("change", () => this.request());
+    this.controls.addEventListener("start", () => (this.turned = true));
     this.grips = new Grips(this.camera, canvas);
     this.figure = new Figure(config.geometry, lambert);
     this.ghost = new Ghost(config.geometry);
@@ -194,6 +199,8 @@ export class RobotView {
   }
 
   show(view: View): void {
+    this.view = view;
+    this.turned = false;
     const { height, length } = this.config.geometry;
     const { minimum = 0, maximum = 0 } = this.config.axes?.["a"] ?? {};
     const ends = [0, 1 / 3, 2 / 3, 1].map((share) => minimum + share * (maximum - minimum));
@@ -205,6 +212,7 @@ export class RobotView {
     }[view].normalize();
     this.camera.fov = this.camera.aspect < 1 ? 50 : 38;
     const { middle, distance } = framed(whole, from, this.camera);
+    this.controls.maxDistance = Math.max(FARTHEST, distance); // the controls would bring the camera back, and cut the robot off
     this.controls.target.copy(middle);
     this.camera.position.copy(middle).addScaledVector(from, distance);
     this.camera.updateProjectionMatrix();
@@ -252,7 +260,7 @@ export class RobotView {
     const upright = this.camera.aspect < 1;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (upright !== this.camera.aspect < 1) this.show("perspective");
+    if (!this.turned || upright !== this.camera.aspect < 1) this.show(this.view); // the whole robot, until a person turns it
     this.places.setPixel((2 * Math.tan(((this.camera.fov / 2) * Math.PI) / 180)) / height);
     this.request();
   }
