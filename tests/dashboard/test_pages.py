@@ -67,3 +67,33 @@ def test_page_works_without_storage(robot_service: Service, tab_of: Callable[...
     tab.page.click(".rail [data-language]")
     tab.page.click(".rail button:has(+ [data-language])")
     assert tab.get("[document.documentElement.lang, document.documentElement.dataset.theme]") == ["es", "light"]
+
+
+SLOW_JOB = {"name": "sort", "steps": [{"move": [1.2 if n % 2 else 0.2, 1.5, 1.5]} for n in range(8)]}
+"""A job with more steps than the page Live shows."""
+
+OVER_A_CHIP = """() => {
+    const [view, scale] = ['.scene', '[data-scale]'].map((one) => document.querySelector(one).getBoundingClientRect());
+    const over = (one) => one.left < scale.right && one.right > scale.left && one.top < scale.bottom && one.bottom > scale.top;
+    return scale.top < view.top + view.height / 2 || [...document.querySelectorAll('.scene .chip')].some((one) => over(one.getBoundingClientRect()));
+}"""
+"""Tells whether the scale of the tension lies in the upper half of the 3D view, where the boom is, or over a button."""
+
+
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_live_of_a_running_job_fits_the_screen(robot: Service, tab_of: Callable[..., Tab], language: str) -> None:
+    """A desktop does not scroll, a tablet shows all of Stop, and on a phone the scale of the tension is not over the boom."""
+    robot.ask("POST /v1/speed", {"ratio": 0.05})
+    robot.ask("POST /v1/jobs", SLOW_JOB)
+    tab = tab_of(robot, locale=language)
+    tab.open("/")
+    tab.until(
+        "document.querySelectorAll('[data-motion] .steps li').length === 5 && document.querySelector('[data-plot]')"
+    )
+    tab.until("document.documentElement.scrollHeight === innerHeight", "the page does not scroll")
+    for size in ("tablet", "phone"):
+        width, height = SIZES[size]
+        tab.page.set_viewport_size({"width": width, "height": height})
+        stop_in_sight(tab)
+    tab.until("document.querySelector('[data-scale]')")
+    assert not tab.get(OVER_A_CHIP)
