@@ -82,7 +82,7 @@ export const DRIVE = words({
 /** What each primitive does, in a sentence. */
 export const MEANINGS: Record<keyof typeof PRIMITIVES, Words> = {
   pick: ["Opens the gripper, goes down to the target, takes the part and lifts it.", "Abre la pinza, baja al destino, recoge la pieza y la levanta."],
-  place: ["Carries the part over the target, goes down, opens the gripper and lifts it.", "Lleva la pieza sobre el destino, baja, abre la pinza y sube."],
+  place: ["Carries the part over the target, goes down, opens the gripper and goes up.", "Lleva la pieza sobre el destino, baja, abre la pinza y sube."],
   approach: ["Goes to the point above the target.", "Va al punto encima del destino."],
   line: ["Goes straight to the target.", "Va en línea recta al destino."],
   move: ["Goes to the target with all joints at once.", "Va al destino con todas las articulaciones a la vez."],

@@ -39,7 +39,7 @@ export const LIVE = words({
   notifyEnd: ["Notify me of its end", "Avisarme al terminar"],
   notifyForbidden: ["This browser forbids notifications for this address.", "Este navegador no permite notificaciones de esta dirección."],
   homingPhase: ["Homing: {phase} ({number} of {count})", "Referenciando: {phase} ({number} de {count})"],
-  notHomed: ["The robot does not know its position. Home it first: it drives slowly to its switches.", "El robot no conoce su posición. Referéncielo primero: irá despacio hasta sus interruptores."],
+  notHomed: ["The robot does not know its position. Home it first: it then moves slowly to its switches.", "El robot no conoce su posición. Referéncielo primero: irá despacio hasta sus interruptores."],
   noController: ["The controller does not answer. Check its power and its network cable; Maya connects again by itself.", "El controlador no responde. Revise su alimentación y su cable de red; Maya se conecta de nuevo por sí misma."],
   whileJob: ["A job runs. Pause the queue to move the robot by hand.", "Hay un trabajo en curso. Ponga la cola en pausa para mover el robot a mano."],
   open: ["Open gripper", "Abrir pinza"],

@@ -8,7 +8,7 @@ export const RECOVERY = words({
   lastPhase: ["Its last known phase: {phase}.", "Su última fase conocida: {phase}."],
   foundAt: ["Detected on {date}.", "Detectado el {date}."],
   nothingMoves: ["Nothing moves before you decide. Look at the robot and its gripper first.", "Nada se mueve antes de que usted decida. Mire primero el robot y su pinza."],
-  homeFirst: ["The position of the robot is not known. Home it first: it drives slowly to its switches.", "No se conoce la posición del robot. Referéncielo primero: irá despacio hasta sus interruptores."],
+  homeFirst: ["The position of the robot is not known. Home it first: it then moves slowly to its switches.", "No se conoce la posición del robot. Referéncielo primero: irá despacio hasta sus interruptores."],
   homeNow: ["Home the robot", "Referenciar el robot"],
   partInGripper: ["Is there a part in the gripper?", "¿Hay una pieza en la pinza?"],
   yesPart: ["Yes, it holds a part", "Sí, sujeta una pieza"],

@@ -6,7 +6,7 @@ export const WAYS = words({
   pauseStep: ["Pause after the step", "Pausar tras el paso"],
   skip: ["Skip the step", "Omitir el paso"],
   cancelJob: ["Cancel the job", "Cancelar el trabajo"],
-  about: ["What do these do to a job?", "¿Qué hacen con un trabajo?"],
+  about: ["What do these buttons do?", "¿Qué hacen estos botones?"],
 });
 
 /** What each of them does to the job; Stop has its label in COMMON. */

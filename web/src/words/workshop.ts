@@ -94,7 +94,7 @@ export const SIGNALS = words({
   late: ["Reply time, 95th percentile", "Tiempo de respuesta, percentil 95"],
   records: ["Data records", "Registros de datos"],
   perSecond: ["per second", "por segundo"],
-  age: ["Age of the last record", "Edad del último registro"],
+  age: ["Age of the last record", "Antigüedad del último registro"],
   losses: ["Lost records", "Registros perdidos"],
 });
 
