@@ -73,16 +73,19 @@ SLOW_JOB = {"name": "sort", "steps": [{"move": [1.2 if n % 2 else 0.2, 1.5, 1.5]
 """A job with more steps than the page Live shows."""
 
 OVER_A_CHIP = """() => {
-    const [view, scale] = ['.scene', '[data-scale]'].map((one) => document.querySelector(one).getBoundingClientRect());
-    const over = (one) => one.left < scale.right && one.right > scale.left && one.top < scale.bottom && one.bottom > scale.top;
-    return scale.top < view.top + view.height / 2 || [...document.querySelectorAll('.scene .chip')].some((one) => over(one.getBoundingClientRect()));
+    const boxOf = (one) => one.getBoundingClientRect();
+    const [view, scale] = ['.scene', '[data-scale]'].map((one) => boxOf(document.querySelector(one)));
+    const beside = (one) => one.left >= scale.right || one.right <= scale.left;
+    const over = (one) => !beside(one) && one.top < scale.bottom && one.bottom > scale.top;
+    const chips = [...document.querySelectorAll('.scene .chip')].map(boxOf);
+    return scale.top < view.top + view.height / 2 || chips.some(over);
 }"""
 """Tells whether the scale of the tension lies in the upper half of the 3D view, where the boom is, or over a button."""
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_live_of_a_running_job_fits_the_screen(robot: Service, tab_of: Callable[..., Tab], language: str) -> None:
-    """A desktop does not scroll, a tablet shows all of Stop, and on a phone the scale of the tension is not over the boom."""
+    """A desktop does not scroll, a tablet shows all of Stop, and a phone's scale of the tension is not over the boom."""
     robot.ask("POST /v1/speed", {"ratio": 0.05})
     robot.ask("POST /v1/jobs", SLOW_JOB)
     tab = tab_of(robot, locale=language)

@@ -13,9 +13,10 @@ import httpx
 import pytest
 
 from dmc41x3.loops import run
+from maya_un.errors import RequestLate
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.stream.requests import MOST_AT_ONCE
+from maya_un.http.stream.requests import MOST_AT_ONCE, MOST_DELAY
 from maya_un.http.thread import bound_socket, served
 from maya_un.schema.robot import HeldJog
 from maya_un.service.service import Gate
@@ -153,6 +154,9 @@ def test_post_is_the_method_of_a_request_without_one() -> None:
         ({"path": "/v1/stop", "lease": 3}, "lease"),
         ({"path": "/v1/stop", "language": 3}, "language"),
         ({"path": "/v1/stop", "headers": {}}, "headers"),
+        ({"path": "/v1/health", "sent": "now"}, "sent"),
+        ({"path": "/v1/health", "sent": True}, "sent"),
+        ({"path": "/v1/health", "sent": 10**400}, "sent"),
     ],
 )
 def test_invalid_request_is_refused_and_the_client_stays(message: dict[str, object], key: str) -> None:
@@ -161,6 +165,20 @@ def test_invalid_request_is_refused_and_the_client_stays(message: dict[str, obje
         assert (refused["type"], refused["code"], refused["details"]["key"]) == ("error", 4005, key)
         assert (await client.ask("ping"))["type"] == "pong"
         assert robot.asked == []
+
+    run_story(story)
+
+
+def test_request_that_the_connection_held_back_is_refused_and_a_stop_never() -> None:
+    async def story(robot: Robot, client: Client, _: httpx.AsyncClient) -> None:
+        clock = (await client.ask("ping"))["clock"]
+        for sent in (clock - MOST_DELAY - 1.0, -1e12):
+            refused = await client.ask("request", path="/v1/speed", body={"ratio": 0.5}, sent=sent)
+            assert (refused["type"], refused["code"]) == ("error", RequestLate.code)
+        assert robot.asked == []
+        assert (await client.ask("request", path="/v1/stop", sent=clock - 60.0))["body"] == STOPPED
+        in_time = await client.ask("request", method="GET", path="/v1/health", sent=clock)
+        assert (in_time["type"], in_time["status"]) == ("response", 200)
 
     run_story(story)
 

@@ -25,6 +25,8 @@ export interface Hello {
   last_event: number;
   robot: string;
   address: string;
+  /** The clock of the stream when this message was sent [s]. */
+  clock: number;
   /** The speed of the robot's clock; it differs from 1 only on a twin. */
   speed: number;
   /** At this time of the robot's clock [s] the date was `date` (UTC). */
@@ -58,6 +60,9 @@ const OPENING = 5_000;
 /** The service sends at least a state every 10 s; a stream that is silent for longer is dead [ms]. */
 const SILENCE = 12_000;
 
+/** How often the clock of the stream is asked for [ms]: those of two computers differ by some ms a minute. */
+const CLOCK_PERIOD = 60_000;
+
 const FIRST_DELAY = 250;
 const LONGEST_DELAY = 4000;
 
@@ -80,6 +85,9 @@ export class Stream {
   private rate = RATE;
   private readonly followed: Set<keyof Topics>;
   private refusal: Refusal | null = null;
+  /** The clock of the stream [s] at a time of this page [ms]. */
+  private clock = { shows: 0, at: 0 };
+  private clockAsked = 0;
 
   constructor(
     private readonly url: string,
@@ -129,9 +137,12 @@ export class Stream {
     if (this.ready) this.send({ type: "subscribe", [topic]: wanted });
   }
 
-  /** Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. */
+  /**
+   * Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. It says when it was sent: if the
+   * connection holds it back, the service does not carry it out later, when this page has given it up.
+   */
   async request(method: string, path: string, body?: unknown, lease?: string, language?: string): Promise<unknown> {
-    const message: Message = { type: "request", method, path };
+    const message: Message = { type: "request", method, path, sent: this.clock.shows + (performance.now() - this.clock.at) / 1000 };
     if (language !== undefined) message["language"] = language;
     if (body !== undefined) message["body"] = body;
     if (lease !== undefined) message["lease"] = lease;
@@ -221,12 +232,27 @@ export class Stream {
     return true;
   }
 
+  private setClock(message: Message): void {
+    this.clock = { shows: message["clock"] as number, at: performance.now() };
+    this.clockAsked = this.clock.at;
+  }
+
+  private askClock(): void {
+    this.clockAsked = performance.now();
+    this.send({ type: "ping" });
+  }
+
   private receive(message: Message): void {
     this.watchSilence();
+    if (this.greeted && performance.now() - this.clockAsked > CLOCK_PERIOD) this.askClock();
     if (this.answered(message)) return;
     switch (message.type) {
       case "hello":
+        this.setClock(message);
         this.greet(message as unknown as Hello);
+        break;
+      case "pong":
+        this.setClock(message);
         break;
       case "state":
         this.handlers.state(message["state"] as State);

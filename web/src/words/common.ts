@@ -25,6 +25,7 @@ export const COMMON = words({
   stopSent: ["Stopping", "Parando"],
   stopDone: ["The robot is at rest.", "El robot está en reposo."],
   stopMoving: ["Stop received: at rest in {seconds} s.", "Parada recibida: en reposo en {seconds} s."],
+  noAnswer: ["it does not answer.", "no responde."],
   stopFailed: ["Stop did not reach the service: {reason} Use the emergency stop.", "La parada no llegó al servicio: {reason} Use la parada de emergencia."],
   opening: ["Connecting", "Conectando"],
   lost: ["No connection to the service since {time}. The robot may still move.", "Sin conexión con el servicio desde las {time}. El robot aún puede moverse."],

@@ -15,7 +15,7 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket
 
 from dmc41x3.i18n import phrase
-from maya_un.errors import InvalidRequest, MayaError, TooManyRequests
+from maya_un.errors import InvalidRequest, MayaError, RequestLate, TooManyRequests
 from maya_un.http.connections import source_of
 from maya_un.http.internal import InternalRequest, answered
 from maya_un.http.log import written_down
@@ -25,6 +25,12 @@ from maya_un.service.access.operations import Caller
 
 MOST_AT_ONCE = 16
 """Maximum number of requests of one client that wait for their answers; stop and abort are always accepted."""
+
+MOST_DELAY = 5.0
+"""Longest time from the sending of a request to its arrival [s]; stop and abort are accepted after any time."""
+
+_LARGEST = 1e12
+"""No clock shows more [s]."""
 
 _PASSED_ON = ("accept-language", "forwarded", "host", "origin", "x-forwarded-for", "x-real-ip")
 """Headers of the handshake that decide how a request is checked and answered."""
@@ -47,9 +53,11 @@ class StreamRequests:
     def begin(self, message: Mapping[str, Any], caller: Caller, lease: str) -> None:
         """Begin a request for `caller`, with this lease if the message names none.
 
-        Raises `InvalidRequest`, and `TooManyRequests` if too many others wait for their answers.
+        Raises `InvalidRequest`, `TooManyRequests` if too many others wait for their answers, and `RequestLate`.
         """
         request = self._request(message)
+        if request.target not in UNLIMITED:
+            _require_in_time(message)
         caller = replace(caller, lease=_text(message, "lease", lease))
         if len(self._tasks) >= MOST_AT_ONCE and request.target not in UNLIMITED:
             raise TooManyRequests(limit=MOST_AT_ONCE, seconds="1", wait=1)
@@ -88,6 +96,18 @@ class StreamRequests:
 
     def _refuse(self, message: Mapping[str, Any], error: MayaError) -> None:
         self._write(error_frame(error, self._language, message))
+
+
+def _require_in_time(message: Mapping[str, Any]) -> None:
+    """Refuse a request that the connection held back, because its sender may have given it up: nothing moves then."""
+    sent = message.get("sent")
+    if sent is None:
+        return
+    if not isinstance(sent, int | float) or isinstance(sent, bool) or not abs(sent) <= _LARGEST:
+        raise InvalidRequest(key="sent", reason="it must be a time of the stream's clock")
+    delay = asyncio.get_running_loop().time() - sent
+    if not delay <= MOST_DELAY:
+        raise RequestLate(seconds=delay, most=MOST_DELAY)
 
 
 def _text(message: Mapping[str, Any], key: str, default: str) -> str:

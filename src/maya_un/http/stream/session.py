@@ -228,7 +228,7 @@ class StreamSession:
                 case "request":
                     self._requests.begin(message, self._caller, self._bound)
                 case _:
-                    self._wire.write(plain_frame("pong", message))
+                    self._wire.write(plain_frame("pong", message, clock=asyncio.get_running_loop().time()))
         except NotSignedIn:
             raise
         except MayaError as error:
@@ -238,7 +238,13 @@ class StreamSession:
         """Introduce the robot, with the date of a time of its clock, because events have times of that clock."""
         time, date = await self._bridge.within(_clocks)
         who = {"name": self._caller.name, "role": self._caller.role.word}
-        facts = {"version": __version__, "protocol": PROTOCOL, "run": self._hub.run, "last_event": self._hub.ring.last}
+        facts = {
+            "version": __version__,
+            "protocol": PROTOCOL,
+            "run": self._hub.run,
+            "last_event": self._hub.ring.last,
+            "clock": asyncio.get_running_loop().time(),
+        }
         self._wire.write(plain_frame("hello", about, **facts, **self._hub.about, time=time, date=date, who=who))
 
     async def _subscribe(self, message: Mapping[str, Any]) -> None:

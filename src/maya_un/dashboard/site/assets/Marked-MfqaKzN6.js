@@ -1,1 +1,0 @@
-import{w as e}from"./words-Dj_5fln_.js";var t=({text:t})=>t.split("`").map((t,n)=>n%2==1?e(`code`,t):t);t.props=[`text`];export{t};
