@@ -85,7 +85,7 @@ OVER_A_CHIP = """() => {
 
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_live_of_a_running_job_fits_the_screen(robot: Service, tab_of: Callable[..., Tab], language: str) -> None:
-    """A desktop does not scroll, a tablet shows all of Stop, and a phone's scale of the tension is not over the boom."""
+    """A desktop does not scroll, a tablet shows all of Stop, and on a phone the scale is not over the boom."""
     robot.ask("POST /v1/speed", {"ratio": 0.05})
     robot.ask("POST /v1/jobs", SLOW_JOB)
     tab = tab_of(robot, locale=language)

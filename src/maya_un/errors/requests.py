@@ -185,13 +185,13 @@ class JobChanged(
 class RequestLate(
     RequestError,
     code=4023,
-    en="This request arrived {seconds:.0f} s after it was sent (at most {most:g}), so it was not carried out. Check the "
+    en="This request arrived {seconds} s after it was sent (at most {most}), so it was not carried out. Check the "
     "connection, then try again.",
 ):
     """A request on the stream that the connection delayed: its sender may no longer expect its effect."""
 
-    seconds: float
-    most: float
+    seconds: int
+    most: int
 
 
 class NotOverRos(

@@ -26,7 +26,7 @@ from maya_un.service.access.operations import Caller
 MOST_AT_ONCE = 16
 """Maximum number of requests of one client that wait for their answers; stop and abort are always accepted."""
 
-MOST_DELAY = 5.0
+MOST_DELAY = 5
 """Longest time from the sending of a request to its arrival [s]; stop and abort are accepted after any time."""
 
 _LARGEST = 1e12
@@ -107,7 +107,7 @@ def _require_in_time(message: Mapping[str, Any]) -> None:
         raise InvalidRequest(key="sent", reason="it must be a time of the stream's clock")
     delay = asyncio.get_running_loop().time() - sent
     if not delay <= MOST_DELAY:
-        raise RequestLate(seconds=delay, most=MOST_DELAY)
+        raise RequestLate(seconds=round(delay), most=MOST_DELAY)
 
 
 def _text(message: Mapping[str, Any], key: str, default: str) -> str:

@@ -68,7 +68,7 @@ _DEEPEST = 50
 class _Loader(yaml.SafeLoader):
     """Safe YAML, in which a repeated key, an alias and deep nesting are errors."""
 
-    def fetch_flow_collection_start(self, TokenClass: type[yaml.Token]) -> None:  # noqa: N803 - the name of the parser
+    def fetch_flow_collection_start(self, TokenClass: type[yaml.Token]) -> None:
         if self.flow_level >= _DEEPEST:
             raise ScannerError(None, None, phrase("it is nested too deeply"), self.get_mark())
         super().fetch_flow_collection_start(TokenClass)
