@@ -246,6 +246,7 @@ export const TERMINAL = words({
 });
 
 export const CONFIGURATION = words({
+  general: ["General", "General"],
   intro: ["Changes take effect at the next start of the service.", "Los cambios rigen desde el próximo arranque del servicio."],
   find: ["Find a setting", "Buscar un ajuste"],
   changedOnly: ["Changed only", "Solo los cambiados"],
