@@ -89,16 +89,16 @@ def prepare(robot: Service) -> None:
     done(robot, submit(robot, "01_pick_and_place"))
     done(robot, robot.ask("POST /v1/jobs", FAILS))
     robot.ask("POST /v1/recordings")
-    robot.ask("POST /v1/speed", {"ratio": 0.1})
     running = submit(robot, "02_sort_grid")
     submit(robot, "01_pick_and_place")
+    robot.until(lambda report: report["steps"][3]["state"] != "queued", f"/v1/jobs/{running['id']}")
+    robot.ask("POST /v1/speed", {"ratio": 0.1})  # the job runs until all pictures are drawn
     robot.token = robot.ask("POST /v1/users", {"name": "root", "role": "admin"})["token"]
     for name, role in (("ana", "operator"), ("visitor", "viewer"), ("luis", "student")):
         token = robot.ask("POST /v1/users", {"name": name, "role": role})["token"]
     root, robot.token = robot.token, token
     submit(robot, "05_pallet")
     robot.token = root
-    robot.until(lambda report: report["steps"][3]["state"] != "queued", f"/v1/jobs/{running['id']}")
 
 
 @contextmanager
