@@ -55,7 +55,7 @@ export function unitOf(plot: Plot | undefined, scale: Curve["scale"]): string {
 /** The axes of a plot: time with these words, and values with as many digits as they need; angles at the right. */
 export function axesOf(plot: Plot | undefined, time: (seconds: number) => string): uPlot.Axis[] {
   const values: uPlot.Axis.DynamicValues = (_, ticks) => ticks.map((one) => compact(one, ticks));
-  const right = { ...axisStyle(), scale: "angle", side: 1, stroke: token("c1"), grid: { show: false }, size: 40, values } as const;
+  const right = { ...axisStyle(), scale: "angle", side: 1, stroke: token("c1"), grid: { show: false }, size: 52, values } as const;
   return [
     { ...axisStyle(), size: 22, values: (_, ticks) => ticks.map(time) },
     { ...axisStyle(), size: 46, values },

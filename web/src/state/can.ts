@@ -19,11 +19,15 @@ export const { read: refresh } = useLoaded(
   [leaseId, () => state.value?.mode, () => queue.value?.mode, () => queue.value?.running?.id, latestEvent({ kind: "lease" })],
 );
 
+/** Nobody has control. On the page a button takes it; the words of the service name a command. */
+const LEASE_NEEDED = 4104;
+
 /** Returns why an action is not possible now, "" if it is. */
 export function whyNot(action: Action): string {
   if (connection.value === "lost") return t(COMMON.offline);
   const notice = can.value?.actions[action];
-  return notice ? translated(notice.code, notice.message) : "";
+  if (!notice) return "";
+  return notice.code === LEASE_NEEDED ? t(COMMON.controlFirst) : translated(notice.code, notice.message);
 }
 
 /** Whether this tab may drive: it holds the lease, or nobody needs one. */

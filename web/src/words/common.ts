@@ -25,6 +25,7 @@ export const COMMON = words({
   stopSent: ["Stopping", "Parando"],
   stopDone: ["The robot is at rest.", "El robot está en reposo."],
   stopMoving: ["Stop received: at rest in {seconds} s.", "Parada recibida: en reposo en {seconds} s."],
+  controlFirst: ["Take control first.", "Tome antes el control."],
   noAnswer: ["it does not answer.", "no responde."],
   stopFailed: ["Stop did not reach the service: {reason} Use the emergency stop.", "La parada no llegó al servicio: {reason} Use la parada de emergencia."],
   opening: ["Connecting", "Conectando"],
