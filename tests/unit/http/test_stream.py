@@ -48,6 +48,7 @@ def test_greeting_has_versions_run_last_event_and_caller() -> None:
     async def story(_: Watched, client: Client) -> None:
         (greeting,) = client.got
         time, date = greeting.pop("time"), datetime.fromisoformat(greeting.pop("date"))
+        assert greeting.pop("clock") <= (await client.ask("ping"))["clock"]
         assert greeting == {
             "type": "hello",
             "version": __version__,
