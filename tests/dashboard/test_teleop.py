@@ -134,5 +134,6 @@ def test_gamepad_moves_nothing_after_an_interruption_until_its_button_comes_up(
     bare_tab.until(f"pad.seen > {bare_tab.get('pad.seen') + 1}")
     bare_tab.page.evaluate(enable, True)
     bare_tab.until("presses.size === 2")
+    robot.until(lambda status: status["state"]["moving"])
     bare_tab.page.evaluate(enable, False)
     robot.require_rest()
