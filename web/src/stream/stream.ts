@@ -63,6 +63,9 @@ const SILENCE = 12_000;
 /** How often the clock of the stream is asked for [ms]: those of two computers differ by some ms a minute. */
 const CLOCK_PERIOD = 60_000;
 
+/** The service refused a request because it arrived late. */
+const REQUEST_LATE = 4023;
+
 const FIRST_DELAY = 250;
 const LONGEST_DELAY = 4000;
 
@@ -227,7 +230,11 @@ export class Stream {
     const request = message.id === undefined ? undefined : this.waiting.get(message.id);
     if (request === undefined) return false;
     this.waiting.delete(message.id as number);
-    if (message.type === "error") request.reject(refusalOf(message, 0));
+    if (message.type === "error") {
+      const refusal = refusalOf(message, 0);
+      if (refusal.code === REQUEST_LATE) this.askClock(); // the clock of this page may have stood still while the computer slept
+      request.reject(refusal);
+    }
     else request.resolve(message);
     return true;
   }

@@ -255,7 +255,7 @@ LOCAL_MASTER = "http://localhost:11311"
 
 
 def ros() -> Iterator[Finding]:
-    """Check whether ROS is installed, and whether its master answers. A missing master matters to whoever named one."""
+    """Check whether ROS is installed, and whether its master answers; warn about a missing one if somebody named it."""
     installed = shutil.which("roscore") or Path("/opt/ros").is_dir()
     if not installed:
         yield skipped("ROS", "ros_none")
