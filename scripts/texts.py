@@ -100,18 +100,10 @@ def stored(file: Path, language: str) -> Translations:
     return catalogue
 
 
-def phrases(language: str = LANGUAGES[1], *, without: tuple[str, ...] = ()) -> dict[str, str]:
-    """Return the phrases of all packages in a language by the English ones; `{name}` stands for a detail.
-
-    Phrases that stand only in the folders `without` are left out.
-    """
+def phrases(language: str = LANGUAGES[1]) -> dict[str, str]:
+    """Return the phrases of all packages in a language by the English ones; `{name}` stands for a detail."""
     files = (SOURCE / package / "locale" / language / "LC_MESSAGES" / f"{package}.po" for package in PACKAGES)
-    found = {
-        str(one.id): str(one.string)
-        for file in files
-        for one in stored(file, language)
-        if one.context == PHRASE and not all(place.startswith(without) for place, _ in one.locations)
-    }
+    found = {str(one.id): str(one.string) for file in files for one in stored(file, language) if one.context == PHRASE}
     return {_bare(english): _bare(found[english]) for english in sorted(found) if found[english] != english}
 
 

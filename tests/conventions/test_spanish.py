@@ -101,6 +101,13 @@ def test_a_phrase_is_spanish_after_the_error_crossed_processes(template: str) ->
     assert errors.translated(error.code, str(error), "es") == wanted
 
 
+@pytest.mark.parametrize("kind", errors.by_code().values())
+def test_a_sentence_is_found_by_its_text_and_a_spanish_one_stays(kind: type[MayaError]) -> None:
+    error = kind.rebuilt({name: f"<{name}>" for name, required in kind.declared.items() if required})
+    assert translate_phrase(error.text("en"), "es") == error.text("es")
+    assert translate_phrase(error.text("es"), "es") == error.text("es")
+
+
 @pytest.mark.parametrize("inner", errors.by_code().values())
 def test_the_sentence_of_an_error_in_another_one_is_spanish(inner: type[MayaError]) -> None:
     error = inner.rebuilt({name: f"<{name}>" for name, required in inner.declared.items() if required})

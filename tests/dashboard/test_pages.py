@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import expect
 
 from maya_un.dashboard.pages import PAGES
+from maya_un.errors import NotHomed
 from tests.dashboard.services import Service
 from tests.dashboard.tabs import LANGUAGES, SIZES, THEMES, Tab, stop_in_sight
 from tests.secrecy import secret
@@ -67,6 +68,15 @@ def test_page_works_without_storage(robot_service: Service, tab_of: Callable[...
     tab.page.click(".rail [data-language]")
     tab.page.click(".rail button:has(+ [data-language])")
     assert tab.get("[document.documentElement.lang, document.documentElement.dataset.theme]") == ["es", "light"]
+
+
+def test_a_text_of_the_service_is_in_the_language_of_the_page(furnished: Service, tab_of: Callable[..., Tab]) -> None:
+    """It does not matter which language the browser prefers, nor which one the page had before."""
+    tab = tab_of(furnished, locale="es")
+    tab.open("/history")
+    for language in ("es", "en", "es"):
+        expect(tab.page.locator("[data-why]")).to_have_text(NotHomed().text(language))
+        tab.page.click(".rail [data-language]")
 
 
 SLOW_JOB = {"name": "sort", "steps": [{"move": [1.2 if n % 2 else 0.2, 1.5, 1.5]} for n in range(8)]}

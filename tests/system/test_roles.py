@@ -76,6 +76,7 @@ TABLE: dict[str, Asked] = {
     "GET /v1/signals": _READ,
     "GET /v1/workspace?z=0.4": _READ,
     "POST /v1/reach": for_(Operation.READ, body={"points": [[0.5, 1.2, 0.4]]}),
+    "POST /v1/translations": for_(Operation.READ, body={"texts": [], "language": "es"}),
     "GET /v1/me/can": _READ,
     "GET /v1/examples": _READ,
     "GET /v1/jobs": _READ,

@@ -13,6 +13,7 @@ class RobotMethods:
     """The robot itself."""
 
     addresses = Verb(requests.addresses)
+    translations = Verb(requests.translations)
     status = Verb(requests.status)
     motion = Verb(requests.motion)
     signals = Verb(requests.signals)

@@ -71,6 +71,14 @@ def addresses() -> Request[Addresses]:
     return Request("GET", "/v1/addresses", Answer("maya_un.schema.robot", "Addresses"))
 
 
+def translations(texts: Sequence[str], language: str) -> Request[str]:
+    """Translate English texts of the service: messages of errors, events and jobs, reasons, remarks.
+
+    Texts that all clients share are English. A text that the service does not know stays as it is.
+    """
+    return Request("POST", "/v1/translations", str, body={"texts": texts, "language": language})
+
+
 def prometheus() -> Request[str]:
     """Return the metrics for Prometheus."""
     return Request("GET", "/metrics", str)

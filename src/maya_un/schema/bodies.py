@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
-from dmc41x3.i18n import phrase
+from dmc41x3.i18n import LANGUAGES, phrase
 from maya_un.schema.people import LONGEST, PATIENCE, RoleName
 from maya_un.values import FARTHEST, JOG_AXES
 
@@ -41,6 +41,15 @@ def _one_way(direction: int) -> int:
 
 
 Direction = Annotated[int, Strict(), AfterValidator(_one_way), WithJsonSchema({"enum": [1, -1]})]
+
+
+def _known(language: str) -> str:
+    if language not in LANGUAGES:
+        raise ValueError(phrase("it must be one of {choices}", choices=", ".join(LANGUAGES)))
+    return language
+
+
+Language = Annotated[str, AfterValidator(_known), WithJsonSchema({"enum": list(LANGUAGES)})]
 
 
 Yes = Annotated[bool, Strict(), WithJsonSchema({"const": True})]
@@ -133,6 +142,15 @@ class Points:
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     points: Annotated[list[tuple[Coordinate, Coordinate, Coordinate]], Field(max_length=500)]
+
+
+@dataclass(frozen=True, slots=True)
+class Texts:
+    """Up to 50 texts of the service, and the language of their translations."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    texts: Annotated[list[Annotated[str, Field(max_length=2000)]], Field(max_length=50)]
+    language: Language
 
 
 @dataclass(frozen=True, slots=True)

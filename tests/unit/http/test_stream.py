@@ -18,7 +18,7 @@ from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
-from maya_un.errors import LeaseHeld, NotAllowed
+from maya_un.errors import InvalidRequest, LeaseHeld, NotAllowed, NotHomed
 from maya_un.http import connections
 from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
@@ -93,6 +93,20 @@ def test_an_error_is_in_the_language_of_the_request() -> None:
     async def main() -> None:
         async with streamed(Watched()) as url, connected(url, **{"Accept-Language": "es"}) as client:
             assert (await client.ask("dance"))["message"].startswith("La petición tiene un error")
+
+    run(main())
+
+
+def test_hello_changes_the_language_of_the_connection() -> None:
+    async def main() -> None:
+        async with streamed(Watched()) as url, connected(url, **{"Accept-Language": "es"}) as client:
+            await client.say("subscribe", can=True)
+            for language, spoken in (("", "es"), ("en", "en"), ("es-CO", "es")):
+                await client.say("hello", language=language)
+                assert (await client.until("can"))["can"]["actions"]["jog"]["message"] == NotHomed().text(spoken)
+                begins = InvalidRequest.template(spoken).split("{")[0]
+                assert (await client.ask("dance"))["message"].startswith(begins)
+            assert (await client.ask("hello", language=7))["code"] == 4005
 
     run(main())
 

@@ -120,14 +120,18 @@ def test_answer_is_that_of_http(method: str, path: str, body: object) -> None:
     run_story(story)
 
 
-def test_answer_has_the_language_of_its_request() -> None:
+def test_answer_has_the_language_of_its_request_or_else_of_the_connection() -> None:
     async def story(_: Robot, client: Client, http: httpx.AsyncClient) -> None:
         sentences = []
-        for language in ("es", "en"):
+        for language, other in (("es", "en"), ("en", "es")):
+            same = (await http.get("/v1/nothing", headers={"Accept-Language": language})).json()["detail"]
+            await client.ask("hello", language=other)
             got = await client.ask("request", method="GET", path="/v1/nothing", language=language)
-            same = await http.get("/v1/nothing", headers={"Accept-Language": language})
-            assert got["body"]["detail"] == same.json()["detail"]
-            sentences.append(got["body"]["detail"])
+            assert got["body"]["detail"] == same
+            await client.ask("hello", language=language)
+            got = await client.ask("request", method="GET", path="/v1/nothing")
+            assert got["body"]["detail"] == same
+            sentences.append(same)
         assert sentences[0] != sentences[1]
 
     run_story(story)

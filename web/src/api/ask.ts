@@ -32,7 +32,7 @@ export async function ask<Name extends OperationName>(
   const target = filled(template, options.path) + queried(options.query);
   const text = options.body === undefined ? "" : JSON.stringify(options.body);
   if (!options.large && stream.ready && text.length < LONGEST_MESSAGE) {
-    return (await stream.request(method, target, options.body, leaseId.value, language.value)) as Operations[Name]["answer"];
+    return (await stream.request(method, target, options.body, leaseId.value)) as Operations[Name]["answer"];
   }
   return (await overHttp(method, target, text)) as Operations[Name]["answer"];
 }

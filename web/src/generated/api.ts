@@ -1016,6 +1016,11 @@ export interface TerminalReply {
   reason: string;
 }
 
+export interface Texts {
+  texts: (string)[];
+  language: "en" | "es";
+}
+
 export interface TokenLine {
   id: string;
   user: string;
@@ -1071,6 +1076,7 @@ export interface Operations {
   "GET /v1/health": { body: undefined; answer: Health };
   "GET /v1/ready": { body: undefined; answer: Readiness };
   "GET /v1/addresses": { body: undefined; answer: Addresses };
+  "POST /v1/translations": { body: Texts; answer: (string)[] };
   "GET /metrics": { body: undefined; answer: undefined };
   "GET /v1/openapi.json": { body: undefined; answer: Record<string, unknown> };
   "GET /v1/status": { body: undefined; answer: Status };

@@ -3,10 +3,10 @@ import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
 import type { Action, LeaseView, Me } from "../generated/api.ts";
 import { COMMON } from "../words/common.ts";
-import { translated } from "../words/errors.ts";
 import { t } from "../words/index.ts";
 import { useLoaded } from "./load.ts";
 import { can, connection, latestEvent, queue, state } from "./robot.ts";
+import { translated } from "./translations.ts";
 
 export const me = shallowRef<Me | null>(null);
 export const lease = shallowRef<LeaseView | null>(null);
@@ -27,7 +27,7 @@ export function whyNot(action: Action): string {
   if (connection.value === "lost") return t(COMMON.offline);
   const notice = can.value?.actions[action];
   if (!notice) return "";
-  return notice.code === LEASE_NEEDED ? t(COMMON.controlFirst) : translated(notice.code, notice.message);
+  return notice.code === LEASE_NEEDED ? t(COMMON.controlFirst) : translated(notice.message);
 }
 
 /** Whether this tab may drive: it holds the lease, or nobody needs one. */

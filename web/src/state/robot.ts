@@ -1,8 +1,9 @@
-import { computed, onMounted, onUnmounted, ref, shallowRef } from "vue";
+import { computed, onMounted, onUnmounted, ref, shallowRef, watch } from "vue";
 import { dropLease } from "../api/lease.ts";
 import { keepToken, token } from "../api/session.ts";
 import type { EventMessage, FleetView, LinkView, MotionView, NearestLimits, Permissions, Point, QueueView, Signals, State, TableView, Topics } from "../generated/api.ts";
 import { HIDDEN_RATE, RATE, Stream, type Hello } from "../stream/stream.ts";
+import { language } from "../words/index.ts";
 
 /** Everything here has one writer, the stream. Objects are shallow: they are replaced, never changed. */
 export const state = shallowRef<State | null>(null);
@@ -71,7 +72,7 @@ export const clockAhead = ref(0);
 /** The number of times that the service was found restarted. */
 export const restarts = ref(0);
 
-export const stream = new Stream(url(), Object.keys(ALWAYS) as (keyof Topics)[], () => token.value, {
+export const stream = new Stream(url(), Object.keys(ALWAYS) as (keyof Topics)[], () => ({ token: token.value, language: language.value }), {
   hello(greeting) {
     const before = hello.value;
     newVersion.value ||= before !== null && before.version !== greeting.version;
@@ -113,6 +114,8 @@ export const stream = new Stream(url(), Object.keys(ALWAYS) as (keyof Topics)[],
     connection.value = "lost";
   },
 });
+
+watch(language, () => stream.changeLanguage());
 
 /** Follows the fleet while the calling component is shown: with many robots its messages are long. */
 export function useFleet(): void {

@@ -95,7 +95,8 @@ export class Stream {
   constructor(
     private readonly url: string,
     topics: readonly (keyof Topics)[],
-    private readonly token: () => string,
+    /** The token of this tab, "" without one, and the language of the page. */
+    private readonly reader: () => { token: string; language: string },
     private readonly handlers: StreamHandlers,
   ) {
     this.followed = new Set(topics);
@@ -127,6 +128,11 @@ export class Stream {
     this.connect();
   }
 
+  /** Tells the service that the language of the page has changed. */
+  changeLanguage(): void {
+    if (this.ready) this.introduce();
+  }
+
   /** Changes the rate of states [Hz]. */
   setRate(rate: number): void {
     this.rate = rate;
@@ -144,9 +150,8 @@ export class Stream {
    * Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. It says when it was sent: if the
    * connection holds it back, the service does not carry it out later, when this page has given it up.
    */
-  async request(method: string, path: string, body?: unknown, lease?: string, language?: string): Promise<unknown> {
+  async request(method: string, path: string, body?: unknown, lease?: string): Promise<unknown> {
     const message: Message = { type: "request", method, path, sent: this.clock.shows + (performance.now() - this.clock.at) / 1000 };
-    if (language !== undefined) message["language"] = language;
     if (body !== undefined) message["body"] = body;
     if (lease !== undefined) message["lease"] = lease;
     const answer = await this.ask(message);
@@ -177,12 +182,16 @@ export class Stream {
     this.refusal = null;
     this.watchSilence(OPENING);
     socket.onopen = () => {
-      const token = this.token();
-      socket.send(JSON.stringify(token ? { type: "hello", token, protocol: 1 } : { type: "hello", protocol: 1 }));
+      this.introduce();
       this.watchSilence();
     };
     socket.onmessage = (message) => this.receive(JSON.parse(message.data as string) as Message);
     socket.onclose = (end) => this.closed(end.code);
+  }
+
+  private introduce(): void {
+    const { token, language } = this.reader();
+    this.send({ type: "hello", protocol: 1, language, ...(token && { token }) });
   }
 
   /** Gives the connection up if nothing arrives within a time [ms]. */
@@ -234,8 +243,9 @@ export class Stream {
       const refusal = refusalOf(message, 0);
       if (refusal.code === REQUEST_LATE) this.askClock(); // the clock of this page may have stood still while the computer slept
       request.reject(refusal);
+    } else {
+      request.resolve(message);
     }
-    else request.resolve(message);
     return true;
   }
 
@@ -286,7 +296,7 @@ export class Stream {
     }
   }
 
-  /** Subscribes after the first greeting. The service greets callers without a token twice: at once, and after our `hello`. */
+  /** Subscribes after the first greeting. The service greets callers without a token at once, and everybody after each `hello`. */
   private greet(hello: Hello): void {
     if (this.greeted) return;
     this.greeted = true;

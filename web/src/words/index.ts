@@ -38,6 +38,16 @@ export function t(text: Words, values: Record<string, string | number> = {}): st
   return sentence.replace(/\{(\w+)\}/g, (whole, key: string) => (key in values ? String(values[key]) : whole));
 }
 
+/** Returns a sentence with its values in place of `{name}`; `{name:.0%}` is a share in percent, other forms are left out. */
+export function filledIn(template: string, values: Record<string, unknown>): string {
+  return template.replace(/\{(\w+)(?::([^}]*))?\}/g, (whole, name: string, form: string | undefined) => {
+    const value = values[name];
+    if (value === undefined || value === null) return whole;
+    const share = /^\.(\d)%$/.exec(form ?? "");
+    return share === null ? String(value) : `${(Number(value) * 100).toFixed(Number(share[1]))} %`;
+  });
+}
+
 /** The locale for numbers and dates: clocks have 24 hours in both languages. */
 export const locale = computed(() => (language.value === "es" ? "es" : "en-GB"));
 

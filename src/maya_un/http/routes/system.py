@@ -11,7 +11,7 @@ from fastapi import Depends, Query, Request, Response
 from starlette.background import BackgroundTask
 from starlette.responses import FileResponse
 
-from dmc41x3.i18n import phrase
+from dmc41x3.i18n import phrase, translate_phrase
 from maya_un import __version__
 from maya_un.errors import (
     EventsForgotten,
@@ -31,7 +31,7 @@ from maya_un.errors import (
 from maya_un.http.bridge import Bridge
 from maya_un.http.dates import now
 from maya_un.http.errors import language_of
-from maya_un.http.exchange import MOST, answer, as_json
+from maya_un.http.exchange import MOST, answer, as_json, sent
 from maya_un.http.metrics import CONTENT_TYPE, JournalHealth, Metrics
 from maya_un.http.openapi import document
 from maya_un.http.request_context import Ask
@@ -39,6 +39,7 @@ from maya_un.http.routing import AT_REST, Routes
 from maya_un.process.journal import history
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.recorder.recording import TimeSpan
+from maya_un.schema.bodies import Texts
 from maya_un.schema.encoding import to_json
 from maya_un.schema.fleet import FleetView
 from maya_un.schema.jobs import QueueView
@@ -396,6 +397,8 @@ async def _copied(journal: Path) -> Response:
 
 _SYSTEM = "server"
 
+TextsBody = Annotated[Texts, sent(Texts)]
+
 
 def add_system(routes: Routes) -> None:
     """Add the routes for health, readiness, metrics and the OpenAPI document."""
@@ -423,6 +426,22 @@ def add_system(routes: Routes) -> None:
 
         return answer(await ask(found))
 
+    @routes.add(
+        "POST",
+        "/v1/translations",
+        Operation.READ,
+        tag=_SYSTEM,
+        gives=list[str],
+        examples={"a reason": {"texts": ["it must be a number between -10 and 10"], "language": "es"}},
+        client="translations",
+    )
+    async def translations(_ask: Ask, body: TextsBody) -> Response:
+        """Translate English texts of the service: messages of errors, events and jobs, reasons, remarks.
+
+        Texts that all clients share are English. A text that the service does not know stays as it is.
+        """
+        return answer([await _translated(text, body.language) for text in body.texts])
+
     @routes.add("GET", "/metrics", Operation.READ, tag=_SYSTEM, gives=str, media=CONTENT_TYPE)
     async def prometheus(request: Request, ask: Ask) -> Response:
         """Return the metrics for Prometheus."""
@@ -434,6 +453,12 @@ def add_system(routes: Routes) -> None:
     async def openapi(request: Request) -> Response:
         """Return the OpenAPI document of this interface."""
         return Response(to_json(document(request.app)), media_type="application/json")
+
+
+async def _translated(text: str, language: str) -> str:
+    """Return a text in `language`; other requests are answered before the next one is translated."""
+    await asyncio.sleep(0)
+    return translate_phrase(text, language)
 
 
 async def _standing(service: Service) -> tuple[Status, QueueView]:

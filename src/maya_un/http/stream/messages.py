@@ -162,7 +162,7 @@ SLOWEST, FASTEST = 0.1, 100.0
 """Range of rates of states [Hz]."""
 
 _KEYS: dict[str, frozenset[str]] = {
-    "hello": frozenset({"token", "protocol"}),
+    "hello": frozenset({"token", "protocol", "language"}),
     "subscribe": frozenset({"state", "events", *TOPICS}),
     "ping": frozenset(),
     "renew": frozenset({"lease", "bound"}),

@@ -17,6 +17,7 @@ from starlette.websockets import WebSocket
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidRequest, MayaError, RequestLate, TooManyRequests
 from maya_un.http.connections import source_of
+from maya_un.http.errors import language_of
 from maya_un.http.internal import InternalRequest, answered
 from maya_un.http.log import written_down
 from maya_un.http.middleware import UNLIMITED
@@ -32,16 +33,16 @@ MOST_DELAY = 5
 _LARGEST = 1e12
 """No clock shows more [s]."""
 
-_PASSED_ON = ("accept-language", "forwarded", "host", "origin", "x-forwarded-for", "x-real-ip")
+_PASSED_ON = ("forwarded", "host", "origin", "x-forwarded-for", "x-real-ip")
 """Headers of the handshake that decide how a request is checked and answered."""
 
 _METHODS = frozenset({"GET", "POST", "PUT", "PATCH", "DELETE"})
 
 
 class StreamRequests:
-    """The requests of one client; `write` sends a frame to it."""
+    """The requests of one client; `write` sends a frame to it, and `language` returns that of its connection."""
 
-    def __init__(self, socket: WebSocket, write: Callable[[bytes], None], language: str) -> None:
+    def __init__(self, socket: WebSocket, write: Callable[[bytes], None], language: Callable[[], str]) -> None:
         self._app: ASGIApp = socket.app
         self._headers = {name: socket.headers[name] for name in _PASSED_ON if name in socket.headers}
         self._source = (source_of(socket), 0)
@@ -78,24 +79,24 @@ class StreamRequests:
         if not path.startswith("/v1/") or not path.isascii() or not path.isprintable():
             raise InvalidRequest(key="path", reason="it must be a path like /v1/stop, percent-encoded")
         content = json.dumps(message["body"]).encode() if message.get("body") is not None else b""
-        headers = self._headers
-        if language := _text(message, "language", ""):
-            headers = {**headers, "accept-language": language}
+        headers = {**self._headers, "accept-language": _text(message, "language", "") or self._language()}
         return InternalRequest(method, path, headers, content)
 
     async def _answer(self, message: Mapping[str, Any], request: InternalRequest, caller: Caller) -> None:
         try:
             answer = await answered(self._app, request, caller, self._source, self._left.wait)
         except Exception as defect:  # noqa: BLE001 - no code awaits this task; the client and the log get the error
-            self._refuse(message, written_down(defect))
+            self._refuse(message, request, written_down(defect))
             return
         if answer.content is None:
-            self._refuse(message, InvalidRequest(key="path", reason="its answer is not JSON; ask for it over HTTP"))
+            self._refuse(
+                message, request, InvalidRequest(key="path", reason="its answer is not JSON; ask for it over HTTP")
+            )
         else:
             self._write(response_frame(answer.status, answer.content, message))
 
-    def _refuse(self, message: Mapping[str, Any], error: MayaError) -> None:
-        self._write(error_frame(error, self._language, message))
+    def _refuse(self, message: Mapping[str, Any], request: InternalRequest, error: MayaError) -> None:
+        self._write(error_frame(error, language_of(request.headers), message))
 
 
 def _require_in_time(message: Mapping[str, Any]) -> None:

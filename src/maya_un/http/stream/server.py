@@ -14,7 +14,6 @@ from dmc41x3.i18n import phrase
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, is_local, source_of
-from maya_un.http.errors import language_of
 from maya_un.http.log import written_down
 from maya_un.http.middleware import CLIENTS_EACH
 from maya_un.http.protocol import ConnectionSlots
@@ -63,26 +62,25 @@ class StreamServer:
         """Serve one client from its handshake to its end."""
         wire = socket.scope["extensions"][WIRE]
         assert isinstance(wire, StreamWire)
-        language = language_of(socket.headers)
+        entrance = StreamHandshake(socket, self._bridge)
         await socket.accept()
         try:
-            await self._serve(socket, wire, language)
+            await self._serve(socket, wire, entrance)
         except MayaError as refusal:
-            refuse(wire, refusal, language)
+            refuse(wire, refusal, entrance.language)
         except Exception as defect:  # noqa: BLE001 - the last handler: a client gets a sentence, the log the traceback
-            refuse(wire, written_down(defect), language)
+            refuse(wire, written_down(defect), entrance.language)
 
-    async def _serve(self, socket: WebSocket, wire: StreamWire, language: str) -> None:
+    async def _serve(self, socket: WebSocket, wire: StreamWire, entrance: StreamHandshake) -> None:
         places, address = self._near if is_local(socket) else self._far, source_of(socket)
         if not places.take(address):
             raise TooManyRequests(limit=phrase("no more streams"), seconds=1, wait=1)
         self._wires.add(wire)
         try:
-            entrance = StreamHandshake(socket, self._bridge)
             caller = await _introduced(entrance)
             if caller is not None:
                 async with self._entered() as hub:
-                    session = StreamSession(socket, wire, self._bridge, hub, entrance, caller, language)
+                    session = StreamSession(socket, wire, self._bridge, hub, entrance, caller)
                     with self._rights.watched(lambda: session.caller, session.take_rights):
                         await session.converse()
         finally:

@@ -20,6 +20,7 @@ from maya_un.errors import EventsForgotten, InvalidRequest, MayaError, NotSigned
 from maya_un.http.bridge import Bridge, LoopShare
 from maya_un.http.connections import is_local, source_of
 from maya_un.http.dates import moment
+from maya_un.http.errors import language_of
 from maya_un.http.log import written_down
 from maya_un.http.stream.hub import CHUNK, StreamHub, StreamReader
 from maya_un.http.stream.messages import (
@@ -49,12 +50,16 @@ async def received(socket: WebSocket) -> str | bytes | None:
 
 
 class StreamHandshake:
-    """Identifies the client of `socket`; called again for every message, since a token may be revoked."""
+    """Identifies the client of `socket`; called again for every message, since a token may be revoked.
+
+    `language` is that of the texts on this connection.
+    """
 
     def __init__(self, socket: WebSocket, bridge: Bridge) -> None:
         self._socket = socket
         self._bridge = bridge
         self._shown = socket.headers.get("authorization")
+        self.language = language_of(socket.headers)
 
     async def caller(self) -> Caller:
         """Return the caller; raises `NotSignedIn`, `TooManyRequests`."""
@@ -77,11 +82,13 @@ class StreamHandshake:
             raise NotSignedIn(reason="the first message is not `hello` with a token")
         if message.get("protocol", PROTOCOL) != PROTOCOL:
             raise InvalidRequest(key="protocol", reason=phrase("this is version {version}", version=PROTOCOL))
-        token = message.get("token")
-        if token is not None and not isinstance(token, str):
-            raise InvalidRequest(key="token", reason="it must be a text")
-        if token is not None:
+        for key in ("token", "language"):
+            if not isinstance(message.get(key, ""), str | None):
+                raise InvalidRequest(key=key, reason="it must be a text")
+        if (token := message.get("token")) is not None:
             self._shown = f"Bearer {token}"
+        if language := message.get("language"):
+            self.language = language_of({"accept-language": language})
         return await self.caller()
 
 
@@ -146,7 +153,6 @@ class StreamSession:
         hub: StreamHub,
         entrance: StreamHandshake,
         caller: Caller,
-        language: str,
     ) -> None:
         self._socket = socket
         self._entrance = entrance
@@ -154,9 +160,8 @@ class StreamSession:
         self._bridge = bridge
         self._hub = hub
         self._caller = caller
-        self._language = language
         self._reader = StreamReader(wire, hub.ring, self._lag)
-        self._requests = StreamRequests(socket, wire.write, language)
+        self._requests = StreamRequests(socket, wire.write, lambda: entrance.language)
         self._catching: asyncio.Task[None] | None = None
         self._bound = ""
         self._heard_until = 0.0
@@ -185,7 +190,7 @@ class StreamSession:
     def take_rights(self, now: Caller | MayaError) -> None:
         """Apply changed rights of the client; disconnect it if they have ended."""
         if isinstance(now, MayaError):
-            refuse(self._wire, now, self._language)
+            refuse(self._wire, now, self._entrance.language)
         else:
             self._become(now)
 
@@ -196,7 +201,7 @@ class StreamSession:
     def _address(self) -> None:
         """Have personal topics follow the rights of this client, under the lease that its requests have."""
         caller = replace(self._caller, source="", token="", lease=self._bound)
-        self._hub.address(self._reader, Audience(caller, self._language))
+        self._hub.address(self._reader, Audience(caller, self._entrance.language))
 
     async def _breathe(self) -> None:
         """Delay the next message of a client that sends too many; other clients do not wait."""
@@ -232,7 +237,7 @@ class StreamSession:
         except NotSignedIn:
             raise
         except MayaError as error:
-            self._wire.write(error_frame(error, self._language, message))
+            self._wire.write(error_frame(error, self._entrance.language, message))
 
     async def _greet(self, about: Mapping[str, Any]) -> None:
         """Introduce the robot, with the date of a time of its clock, because events have times of that clock."""
@@ -291,9 +296,9 @@ class StreamSession:
             await catch_up(self._reader, self._hub, self._look_up, self._wire.writable.wait, self._bridge.past)
         except MayaError as error:
             self._reader.seen = None
-            self._wire.write(error_frame(error, self._language))
+            self._wire.write(error_frame(error, self._entrance.language))
         except Exception as defect:  # noqa: BLE001 - no code awaits this task; the client and the log get the error
-            refuse(self._wire, written_down(defect), self._language)
+            refuse(self._wire, written_down(defect), self._entrance.language)
 
     async def _look_up(self, above: int, most: int) -> list[EventMessage]:
         run = self._hub.run
@@ -309,7 +314,7 @@ class StreamSession:
 
     def _lag(self) -> None:
         seen = self._reader.seen or 0
-        refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._language)
+        refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._entrance.language)
 
     async def _renew(self, message: Mapping[str, Any]) -> None:
         """Renew a lease; a `bound` lease is released when this connection ends."""

@@ -1,1 +1,0 @@
-import{E as e}from"./words-CNe4i-A2.js";var t=({text:t})=>t.split("`").map((t,n)=>n%2==1?e(`code`,t):t);t.props=[`text`];export{t};
