@@ -6,7 +6,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pytest
+from playwright.sync_api import WebSocketRoute, expect
 
+from maya_un.errors import RequestLate
+from maya_un.http.stream import requests
 from tests.dashboard.services import SPEED, Service
 from tests.dashboard.tabs import Tab
 
@@ -137,3 +140,48 @@ def test_gamepad_moves_nothing_after_an_interruption_until_its_button_comes_up(
     robot.until(lambda status: status["state"]["moving"])
     bare_tab.page.evaluate(enable, False)
     robot.require_rest()
+
+
+class Link:
+    """The network between a page and the service: while it is `stalled` it holds back what the page sends."""
+
+    def __init__(self, tab: Tab) -> None:
+        self.stalled = False
+        self.held: list[str | bytes] = []
+        self._server: WebSocketRoute | None = None
+        tab.page.route_web_socket("**/v1/stream", self._connect)
+
+    def recover(self) -> None:
+        """Deliver what was held back."""
+        assert self._server is not None
+        self.stalled = False
+        for message in self.held:
+            self._server.send(message)
+
+    def _connect(self, page: WebSocketRoute) -> None:
+        self._server = server = page.connect_to_server()
+        page.on_message(lambda message: self.held.append(message) if self.stalled else server.send(message))
+
+
+def test_a_request_that_the_network_held_back_moves_nothing(
+    robot: Service, bare_tab: Tab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The person has given it up by then."""
+    monkeypatch.setattr(requests, "MOST_DELAY", 0.2)
+    link = Link(bare_tab)
+    bare_tab.open("/drive")
+    bare_tab.page.get_by_role("button", name="Step", exact=True).click()
+    key = key_of(robot)
+    bare_tab.until(f"document.querySelector('{key}:not([aria-disabled])')")
+    before = robot.state["point"]
+    link.stalled = True
+    bare_tab.page.click(key)
+    bare_tab.until(f"performance.now() > {bare_tab.get('performance.now()') + 300}")
+    assert any('"/v1/jog"' in str(message) for message in link.held)
+    link.recover()
+    expect(bare_tab.page.get_by_role("alert")).to_contain_text(str(RequestLate.code))
+    robot.require_rest()
+    assert robot.state["point"] == before
+    monkeypatch.undo()
+    bare_tab.page.click(key)
+    robot.until(lambda status: status["state"]["point"] != before)
