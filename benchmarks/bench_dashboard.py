@@ -15,7 +15,8 @@ import subprocess
 import tempfile
 import time
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from math import inf
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -106,6 +107,15 @@ class Viewers:
         self.leave()
         return found
 
+    def lag(self, url: str, count: int, stalled: int) -> float:
+        """Return how late the robot's loop does what is due, 99 % of the times at most, while clients look on [s]."""
+        self._loop.run_until_complete(self._enter(count, stalled))
+        before = lags(url)
+        self._loop.run_until_complete(asyncio.sleep(4 * SECONDS))
+        found = quantile({bound: number - before[bound] for bound, number in lags(url).items()}, 0.99)
+        self.leave()
+        return found
+
     def duration(self, url: str, count: int, stalled: int) -> float:
         """Return the time that a job takes on the robot's clock while clients look on [s]."""
         self._loop.run_until_complete(self._enter(count, stalled))
@@ -140,6 +150,24 @@ def asked(url: str, method: str, path: str, body: object = None) -> dict[str, An
     with urllib.request.urlopen(request, timeout=30.0) as answer:
         found: dict[str, Any] = json.load(answer)
     return found
+
+
+def lags(url: str) -> dict[float, float]:
+    """Return how often the robot's loop was late by at most each bound [s], as `maya up` counts it."""
+    with urllib.request.urlopen(f"{url}/metrics", timeout=30.0) as answer:
+        text = answer.read().decode()
+    return {float(bound): float(number) for bound, number in re.findall(r'lag_seconds_bucket{le="(.+)"} (\S+)', text)}
+
+
+def quantile(counts: Mapping[float, float], share: float) -> float:
+    """Return the value that this share of the values does not exceed, linear within a bucket, as Prometheus does."""
+    wanted = share * counts[inf]
+    low, below = 0.0, 0.0
+    for bound, number in sorted(counts.items()):
+        if number >= wanted:
+            return low if bound == inf else low + (bound - low) * (wanted - below) / (number - below)
+        low, below = bound, number
+    return low
 
 
 def painted(browser: Browser, url: str) -> float:
@@ -226,10 +254,18 @@ def served() -> list[Figure]:
         busy(running)
         viewers, url, pid = Viewers(running.url), running.url, running.pid
         nobody = "maya up in a job, nobody looks, CPU a second"
+        alone = "lateness of the robot's loop (99 %), nobody looks"
         cases = [
             Case(nobody, lambda: viewers.cost(pid, 0), "ms"),
             Case("one viewer", lambda: viewers.cost(pid, 1), "ms", Goal(10.0, nobody, "over")),
             Case(f"{VIEWERS} viewers", lambda: viewers.cost(pid, VIEWERS), "ms", Goal(50.0, nobody, "over")),
+            Case(alone, lambda: viewers.lag(url, 0, 0), "ms"),
+            Case(
+                f"lateness of the robot's loop (99 %), {VIEWERS} viewers and 5 that do not read",
+                lambda: viewers.lag(url, VIEWERS, 5),
+                "ms",
+                Goal(1.0, alone, "over"),
+            ),
             Case("stop, nobody looks", resumed(running, lambda: viewers.stop(url, 0, 0)), "ms"),
             Case(
                 f"stop, {VIEWERS} viewers and 5 that do not read",

@@ -124,9 +124,9 @@ class Examiner:
             self._look(f"{where} after {steps}", whole=False)
 
     def _look(self, where: str, *, whole: bool) -> None:
-        """Look at everything in one theme, at the colours in the other."""
+        """Look at everything in one theme, at the colours in the other; those of parts are the same on every screen."""
         rules: dict[str, object] = {"type": "tag", "values": RULES}
-        for theme in THEMES:
+        for theme in THEMES if whole or self._size == "desktop" else THEMES[:1]:
             self._tab.page.evaluate("(theme) => { document.documentElement.dataset.theme = theme }", theme)
             found: list[str] = self._tab.page.evaluate(EXAMINE, [rules, whole])
             self.found += [f"{where}, {self._size}, {theme}: {one}" for one in found]

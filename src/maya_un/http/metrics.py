@@ -18,7 +18,7 @@ from maya_un.values import AXES, Mode
 CONTENT_TYPE = CONTENT_TYPE_LATEST
 """The content type of `Metrics.text`."""
 
-LOOK = 0.5
+LOOK = 0.1
 """Period of the measurement of the loop's lag [s, real time]."""
 
 _FAST = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 5.0)
