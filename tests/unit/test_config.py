@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from math import inf, nan, pi
+from math import inf, nan, pi, radians
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from maya_un.config import AxisConfig, Config, default_path, load, template, to_toml
 from maya_un.config.files import parse
-from maya_un.config.model import parse_zone
+from maya_un.config.model import BoxConfig, parse_zone
 from maya_un.errors import FileUnreadable, InvalidConfig, InvalidRequest
 
 
@@ -114,7 +114,20 @@ def test_every_key_has_a_description(model: BaseModel) -> None:
 def test_a_millimetre_where_a_metre_belongs_is_refused(key: str, value: float) -> None:
     said = refusal(nested(key, value))
     assert (said["key"], float(str(said["value"]))) == (key, value)
-    assert "it must be at most" in str(said["reason"])
+    of_a_length = key.startswith(("geometry.", "cell."))
+    right = f"no robot reaches {value:g} m; for mm write {value:g} mm" if of_a_length else "it must be at most"
+    assert str(said["reason"]).startswith(right)
+
+
+def test_lengths_and_angles_take_units() -> None:
+    written = {"geometry": {"height": "2360 mm"}, "axes": {"a": {"maximum": "110 deg"}, "b": {"maximum": "226 cm"}}}
+    config = parse(written)
+    assert config.geometry.height == 2.36
+    assert (config.axes.a.maximum, config.axes.b.maximum) == (pytest.approx(radians(110.0)), pytest.approx(2.26))
+    box = {"name": "lamp", "kind": "box", "low": ["100 mm", 1.0, 0], "high": ["0.2 m", "110 cm", 0.1], "margin": "5 mm"}
+    (zone,) = parse({"zones": [box]}).zones
+    assert isinstance(zone, BoxConfig)
+    assert (zone.low, zone.high, zone.margin) == ((0.1, 1.0, 0.0), (0.2, 1.1, 0.1), 0.005)
 
 
 @pytest.mark.parametrize("degrees", [120.0, 11, 7.0])

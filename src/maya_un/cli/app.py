@@ -23,11 +23,11 @@ from maya_un.cli.fleet import commands as fleet
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
 from maya_un.cli.places import teach_commands, zone_commands
-from maya_un.cli.quantities import angle, joints_of, length, point_of, share
 from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.recordings import commands as recordings
 from maya_un.cli.settings import OutputSettings, settings_of
 from maya_un.errors import InvalidCommandLine, UnknownName
+from maya_un.quantities import ANGLE, LENGTH, joints_of, length, point_of, share, step
 from maya_un.values import JOG_AXES
 
 # Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
@@ -246,8 +246,7 @@ def jog(
         raise InvalidCommandLine(reason=phrase("{name} is missing", name=missing), command="maya jog")
     if axis not in JOG_AXES:
         raise UnknownName(name=axis, known=", ".join(JOG_AXES))
-    way = angle(distance, "DISTANCE") if axis == "a" else length(distance, "DISTANCE")
-    return moving.jog(axis, way, settings_of(context))
+    return moving.jog(axis, step(distance, "DISTANCE", ANGLE if axis == "a" else LENGTH), settings_of(context))
 
 
 @app.command(**_HOW)

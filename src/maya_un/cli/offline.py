@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un import runtime
 from maya_un.cli import output
-from maya_un.cli.quantities import joints_of, point_of
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import MayaError
 from maya_un.kinematics.ranges import Ranges
 from maya_un.manual import default_path
+from maya_un.quantities import joints_of, point_of
 from maya_un.values import Joints, Point
 
 if TYPE_CHECKING:

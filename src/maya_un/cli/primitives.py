@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal
 import typer
 
 from dmc41x3.i18n import phrase
-from maya_un.cli.quantities import joints_of, length
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
+from maya_un.quantities import joints_of, length
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import JointTarget, Primitive, Switch, Target
 

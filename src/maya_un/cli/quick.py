@@ -67,7 +67,7 @@ def _address(arguments: list[str], settings: OutputSettings) -> tuple[str, int] 
             raise InvalidCommandLine(
                 reason=phrase("{words} is not understood", words=" ".join(arguments)), command="maya stop"
             )
-    from maya_un.cli.quantities import host_and_port
+    from maya_un.cli.addresses import host_and_port
 
     if text == REAL:
         from maya_un.cli.configure import configuration

@@ -17,10 +17,10 @@ from dmc41x3.loops import ScaledLoop, run_virtual
 from dmc41x3.loops import run as run_loop
 from maya_un.assembly import Stack, stack
 from maya_un.cli import output
+from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places
 from maya_un.cli.progress import Display, chosen, tell
-from maya_un.cli.quantities import clock_factor, target_address
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings

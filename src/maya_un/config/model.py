@@ -2,22 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import hypot, pi
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import ErrorDetails
 
 from dmc41x3.address import split
 from dmc41x3.i18n import phrase
 from maya_un import manual
-from maya_un.errors import InvalidRequest
+from maya_un.errors import InvalidRequest, InvalidValue
 from maya_un.namespace import robot_name
+from maya_un.quantities import angle_in, is_angle, length_in
 from maya_un.validation import reason_of
 
-Metres = Annotated[float, Field(gt=0.0, le=10.0)]
-"""A length [m]; the upper bound catches millimetres."""
+
+def _in_si(value: object, read: Callable[[object, str], float]) -> object:
+    """Return a number or a text with a unit in SI, and anything else as it is, for pydantic to refuse."""
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        return value
+    try:
+        return read(value, "it")
+    except InvalidValue as error:
+        raise ValueError(str(error.details["reason"])) from error
+
+
+def _length(value: object) -> object:
+    return _in_si(value, length_in)
+
+
+def _stroke(value: object) -> object:
+    """Return the end of a stroke: it is an angle for axis a, and a length for b and c."""
+    if not isinstance(value, str):
+        return value
+    return _in_si(value, angle_in if is_angle(value) else length_in)
+
+
+Metres = Annotated[float, Field(gt=0.0, le=10.0), BeforeValidator(_length)]
+"""A length: a number [m] or a text like "500 mm"."""
 
 
 class Contradiction(ValueError):
@@ -72,8 +104,8 @@ _UNKNOWN_KIND = {"union_tag_invalid", "union_tag_not_found"}
 MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""
 
-Coordinate = Annotated[float, Field(ge=-10.0, le=10.0)]
-"""A coordinate in the base frame [m]; the bounds catch millimetres."""
+Coordinate = Annotated[float, Field(ge=-10.0, le=10.0), BeforeValidator(_length)]
+"""A coordinate in the base frame: a number [m] or a text like "500 mm"."""
 
 Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
 """x, y, z [m]."""
@@ -81,7 +113,11 @@ Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)
 Name = Annotated[
     str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="unique name of letters, digits, - and _")
 ]
-Margin = Annotated[float, Field(ge=0.0, le=1.0, description="clearance around the zone for gripper and part [m]")]
+Margin = Annotated[
+    float,
+    Field(ge=0.0, le=1.0, description="clearance around the zone for gripper and part [m]"),
+    BeforeValidator(_length),
+]
 Lines = Annotated[bool, Field(description="keep the two lines out too, not only the gripper")]
 
 
@@ -294,8 +330,12 @@ class AxisConfig(ConfigSection):
     """One axis: its letter on the controller, its stroke, its registers."""
 
     letter: Annotated[Letter, Field(description="letter of the axis on the controller")]
-    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad or m]")]
-    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad or m]")]
+    minimum: Annotated[
+        float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad or m]"), BeforeValidator(_stroke)
+    ]
+    maximum: Annotated[
+        float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad or m]"), BeforeValidator(_stroke)
+    ]
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
     acceleration_counts: Annotated[Register, Field(ge=1024, description="AC, acceleration [counts/s2]")]
     deceleration_counts: Annotated[Register, Field(ge=1024, description="DC, deceleration [counts/s2]")]

@@ -44,6 +44,7 @@ from maya_un.process.spec.tasks import (
     expanded,
     write_job,
 )
+from maya_un.quantities import has_units
 from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot, gripper_path, on_paper
@@ -269,11 +270,11 @@ def read_text(request: bytes | Mapping[str, Any]) -> Generator[Any, None, Parsed
     if isinstance(found, TextMistake):
         return ParsedJob(None, JobMistake(*found.place, "", found.reason))
     try:
-        Job.parse(found.data)
+        job = Job.parse(found.data)
     except InvalidJob as error:
         key = str(error.details["key"])
         return ParsedJob(None, JobMistake(*found.place(key), key, str(error.details["reason"])))
-    return ParsedJob(found.data)
+    return ParsedJob(job.as_data() if has_units(found.data) else found.data)
 
 
 def write_text(job: object) -> Generator[Any, None, JobText]:

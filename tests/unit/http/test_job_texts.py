@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from pathlib import Path
 from typing import Any
 
@@ -31,9 +32,23 @@ async def test_example_is_parsed_and_written_again(text: str) -> None:
         assert again == parsed
 
 
+async def test_units_become_si() -> None:
+    text = "parts: {cube: [500 mm, 1.1]}\nsteps:\n- home\n- pick: cube\n- move: {a: 90 deg, b: 1.2, c: 120 cm}\n"
+    async with http_client() as (_, client):
+        parsed = (await client.post("/v1/jobs/parse", json={"text": text})).json()
+        assert parsed["job"] == {
+            "parts": {"cube": [0.5, 1.1]},
+            "steps": [{"home": True}, {"pick": "cube"}, {"move": [pytest.approx(pi / 2), 1.2, 1.2]}],
+        }
+
+
 @pytest.mark.parametrize(
     ("text", "mistake"),
     [
+        (
+            "name: x\nsteps:\n  - pick: [500, 1100]\n",
+            (3, 5, "steps.0.pick", "0: no robot reaches 500 m; for mm write 500 mm"),
+        ),
         ("steps: [home", (1, 13, "", "expected ',' or ']'")),
         ("steps:\n  - home\nsteps:\n  - home\n", (3, 1, "", "the key 'steps' stands twice")),
         ("parts: &a {}\nsteps: *a\n", (2, 8, "", "aliases (*name) are not accepted")),

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from math import pi
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -19,6 +21,7 @@ from maya_un.robot.primitives import (
 )
 from maya_un.values import FARTHEST, Joints, Point
 
+angles = st.floats(-6.0, 6.0)
 numbers = st.floats(-10.0, 10.0)
 points = st.builds(Point, numbers, numbers, numbers)
 primitives: st.SearchStrategy[Primitive] = st.one_of(
@@ -26,7 +29,7 @@ primitives: st.SearchStrategy[Primitive] = st.one_of(
     st.builds(Pick, points),
     st.builds(Place, points),
     st.builds(Approach, points),
-    st.builds(MoveJoints, st.builds(Joints, numbers, numbers, numbers)),
+    st.builds(MoveJoints, st.builds(Joints, angles, numbers, numbers)),
 )
 
 
@@ -45,12 +48,35 @@ def test_any_number_is_a_coordinate_or_refused_in_one_short_sentence(
 ) -> None:
     command, key = request
     data = {"command": command, key: list(numbers)}
-    if all(abs(number) <= FARTHEST for number in numbers):
+    most = (2 * pi if key == "joints" else 10.0, 10.0, 10.0)
+    if all(abs(number) <= bound for number, bound in zip(numbers, most, strict=True)):
         assert to_dict(from_dict(data, 0.4)) == data
     else:
         with pytest.raises(InvalidValue) as caught:
             from_dict(data, 0.4)
         assert len(str(caught.value)) < 120
+
+
+def test_coordinates_and_joints_take_units() -> None:
+    assert from_dict({"command": "pick", "target": ["500 mm", 1.1, "0.4 m"]}, 0.4) == Pick(Point(0.5, 1.1, 0.4))
+    joints = {"a": "180 deg", "b": "1200 mm", "c": 1.5}
+    assert from_dict({"command": "move", "joints": joints}, 0.4) == MoveJoints(Joints(pi, 1.2, 1.5))
+
+
+@pytest.mark.parametrize(
+    ("data", "right"),
+    [
+        (
+            {"command": "pick", "target": [500, 1.1]},
+            "target.0 = 500 is not valid: no robot reaches 500 m; for mm write 500 mm",
+        ),
+        ({"command": "move", "joints": [90, 1.2, 1.5]}, "no robot reaches 90 rad; for deg write 90 deg"),
+        ({"command": "pick", "target": ["0.5", 1.1]}, "it must be a number of m, or a text like 30 mm"),
+    ],
+)
+def test_a_value_in_another_unit_is_refused_with_its_right_form(data: dict[str, object], right: str) -> None:
+    with pytest.raises(InvalidValue, match=right):
+        from_dict(data, 0.4)
 
 
 def test_a_target_without_height_is_at_the_grasp_height() -> None:

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maya_un.cli.quantities import duration
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
+from maya_un.quantities import duration
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
 MaybeName = Annotated[str | None, typer.Argument(metavar="[NAME]", help="default: yourself")]

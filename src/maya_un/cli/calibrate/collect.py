@@ -17,7 +17,6 @@ from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.configure import configuration
 from maya_un.cli.offline import joints_text
 from maya_un.cli.progress import chosen
-from maya_un.cli.quantities import length
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import follow
 from maya_un.client import requests
@@ -25,6 +24,7 @@ from maya_un.config import Config, Units
 from maya_un.errors import FileUnreadable, InvalidConfig, InvalidValue, NotHomed, PathRefused, Unreachable
 from maya_un.kinematics import Floats, Mechanism
 from maya_un.kinematics.calibration import FITTED, design
+from maya_un.quantities import length
 from maya_un.service.calibration.points import (
     Counts,
     PointNotebook,

@@ -30,8 +30,8 @@ from dmc41x3.twin.wire.server import bench as on_a_bench
 from maya_un import runtime
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
+from maya_un.cli.addresses import clock_factor
 from maya_un.cli.configure import configuration, on_the_table
-from maya_un.cli.quantities import clock_factor
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileUnwritable, InvalidCommandLine, TwinNotFound, from_notice

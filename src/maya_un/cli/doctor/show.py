@@ -9,9 +9,9 @@ from pathlib import Path
 
 from dmc41x3.address import REAL, SIM
 from maya_un.cli import output
+from maya_un.cli.addresses import target_address
 from maya_un.cli.configure import configuration
 from maya_un.cli.doctor import controller, service
-from maya_un.cli.quantities import target_address
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import MayaError

@@ -11,12 +11,12 @@ from random import Random
 
 from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
-from maya_un.cli.quantities import angle, duration, length
 from maya_un.cli.settings import OutputSettings
 from maya_un.coms.settings import from_environment, where_of
 from maya_un.coms.transport import first_to_end, keep
 from maya_un.errors import InvalidCommandLine, MayaError, UnknownName, translated
 from maya_un.http import dates
+from maya_un.quantities import angle, duration, length
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Switch
 from maya_un.schema.encoding import to_json

@@ -9,11 +9,11 @@ from typing import Any
 from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.quantities import length
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, InvalidValue
+from maya_un.quantities import length
 
 _COMMAND = "maya zones add"
 

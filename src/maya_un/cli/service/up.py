@@ -25,10 +25,10 @@ from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
+from maya_un.cli.addresses import clock_factor, host_and_port, target_address
 from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places
 from maya_un.cli.fleet.watching import fleet_beside
-from maya_un.cli.quantities import clock_factor, host_and_port, target_address
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.service.browser import show_page
 from maya_un.cli.service.listeners import RemoteAccess, require_users, rosbridge_at, url_of

@@ -276,6 +276,10 @@ class Job(BaseModel):
         except ValidationError as error:
             raise _refusal(error) from error
 
+    def as_data(self) -> dict[str, Any]:
+        """Return the job as plain data in SI, without what was not written."""
+        return self.model_dump(mode="json", exclude_unset=True, warnings=False)
+
     def part_points(self, grasp_height: float) -> dict[str, Point]:
         """Return where the named parts stand at the start [m]; `tasks.starting_parts` adds those on full pallets."""
         return {name: point_of(place, grasp_height) for name, place in self.parts.items()}

@@ -478,7 +478,7 @@ class StoredJob:
 
 def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
     """Return the stored form of a job; raises as `tasks.expand` and `recall` do."""
-    body: Body = job.model_dump(mode="json", exclude_unset=True, warnings=False)
+    body: Body = job.as_data()
     noted = _Noted(recall)
     expansion = expand(job, grasp_height, noted.recall)
     return StoredJob(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)

@@ -11,7 +11,7 @@ All interfaces follow from the declaration of a primitive.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
 from reprlib import repr
@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue
-from maya_un.values import FARTHEST, WITHIN, Joints, Point
+from maya_un.quantities import angle_in, length_in
+from maya_un.values import Joints, Point
 
 if TYPE_CHECKING:
     from maya_un.robot.plan_builder import PlanBuilder
@@ -184,51 +185,52 @@ OPEN = Switch("open", "close", "open", ("open",))
 
 
 def read_point(value: object, key: str, grasp_height: float) -> Point:
-    """Return [x, y, z], [x, y] or {"x": …, "y": …, "z": …} as a point [m]; raises `InvalidValue` naming `key`."""
+    """Return [x, y, z], [x, y] or {"x": …, "y": …, "z": …} as a point [m]; raises `InvalidValue` naming `key`.
+
+    A coordinate is a number [m] or a text with a unit, like "500 mm".
+    """
     if isinstance(value, Mapping):
-        numbers = _by_name(value, "xyz", key, optional="z")
+        numbers = _by_name(value, dict.fromkeys("xyz", length_in), key, optional="z")
     else:
-        numbers = _in_order(value, key, (2, 3), phrase("it must be [x, y] or [x, y, z] in metres"))
+        numbers = _in_order(value, [length_in] * 3, key, phrase("it must be [x, y] or [x, y, z] in metres"), least=2)
     return Point(numbers[0], numbers[1], numbers[2] if len(numbers) > 2 else grasp_height)
 
 
 def read_joints(value: object, key: str) -> Joints:
-    """Return [a, b, c] or {"a": …, "b": …, "c": …} as joints (rad, m, m); raises `InvalidValue` naming `key`."""
+    """Return [a, b, c] or {"a": …, "b": …, "c": …} as joints (rad, m, m); raises `InvalidValue` naming `key`.
+
+    A joint is a number [rad or m] or a text with a unit, like "30 deg".
+    """
     if isinstance(value, Mapping):
-        return Joints(*_by_name(value, "abc", key))
-    return Joints(*_in_order(value, key, (3,), phrase("it must be [a, b, c] in radians and metres")))
+        return Joints(*_by_name(value, _JOINTS, key))
+    return Joints(*_in_order(value, [*_JOINTS.values()], key, phrase("it must be [a, b, c] in radians and metres")))
 
 
-def _in_order(value: object, key: str, lengths: tuple[int, ...], reason: str) -> list[float]:
-    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) not in lengths:
+_Reader = Callable[[object, str], float]
+
+_JOINTS: dict[str, _Reader] = {"a": angle_in, "b": length_in, "c": length_in}
+
+
+def _in_order(value: object, readers: Sequence[_Reader], key: str, reason: str, least: int = 3) -> list[float]:
+    if not isinstance(value, Sequence) or isinstance(value, str) or not least <= len(value) <= len(readers):
         raise InvalidValue(key=key, value=repr(value), reason=reason)
-    return [_number(item, f"{key}.{place}") for place, item in enumerate(value)]
+    return [read(item, f"{key}.{place}") for place, (item, read) in enumerate(zip(value, readers, strict=False))]
 
 
-def _by_name(value: Mapping[object, object], names: str, key: str, optional: str = "") -> list[float]:
+def _by_name(
+    value: Mapping[object, object], readers: Mapping[str, _Reader], key: str, optional: str = ""
+) -> list[float]:
     for name in value:
-        if not isinstance(name, str) or name not in tuple(names):
+        if name not in readers:
             raise InvalidValue(
                 key=f"{key}.{name}",
                 value=repr(value[name]),
-                reason=phrase("it must have {names} only", names=", ".join(names)),
+                reason=phrase("it must have {names} only", names=", ".join(readers)),
             )
-    for name in names:
+    for name in readers:
         if name not in value and name not in optional:
             raise InvalidValue(key=f"{key}.{name}", value=None, reason="it must be a number")
-    return [_number(value[name], f"{key}.{name}") for name in names if name in value]
-
-
-def _number(value: object, key: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InvalidValue(key=key, value=repr(value), reason="it must be a number")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = float("inf")
-    if not abs(number) <= FARTHEST:
-        raise InvalidValue(key=key, value=repr(value), reason=WITHIN)
-    return number
+    return [read(value[name], f"{key}.{name}") for name, read in readers.items() if name in value]
 
 
 class PartEffect(Enum):
