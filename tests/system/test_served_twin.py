@@ -19,6 +19,7 @@ import pytest
 from dmc41x3.language.record import decode
 from tests.ports import free_port
 from tests.system.processes import Process, done, running
+from tests.system.robots import up
 
 pytestmark = pytest.mark.system
 
@@ -159,6 +160,20 @@ def test_of_two_twins_one_is_named() -> None:
         assert fault(f"drop probability=1 --twin {two[1]}") == ["drop"]
         with tcp(one) as line:
             line.say("MG 1", " 1.0000\r\n:")
+
+
+def test_a_fault_of_the_robot_that_runs() -> None:
+    """At any speed of its clock, and beside another twin if it is named."""
+    with up("--speed 50") as robot, served():
+        port = robot.url.rpartition(":")[2]
+        assert fault(f"latency seconds=0.2 --for 1000 --twin {port}") == ["latency"]
+        active = robot.ask("GET", "/v1/twin/faults")[1]["active"]
+        assert [(one["fault"], one["values"]["seconds"]) for one in active] == [("latency", 0.2)]
+        code, said = done("dmc fault --active")
+        assert (code, "several run" in said) == (1, True)
+        assert fault(f"--clear latency --twin {port}") == fault(f"--active --twin {port}") == []
+        code, said = done(f"dmc fault encoder_loss axis=H --twin {port} --json")
+        assert (code, json.loads(said)["error"]["code"]) == (2, 4001)
 
 
 def _lines(path: Path) -> list[dict[str, Any]]:

@@ -52,10 +52,10 @@ class ServiceNotAnswering(
 class TwinNotFound(
     RequestError,
     code=1022,
-    en="Maya cannot tell which virtual controller to use: {reason}. Start `maya dmc serve`, or select a running "
-    "one with `--twin` (now: {running}).",
+    en="Maya cannot tell which twin to use: {reason}. Start `maya up` or `maya dmc serve`, or select a running twin "
+    "with `--twin` (now: {running}).",
 ):
-    """The options select no running `maya dmc serve`, or more than one matches."""
+    """The options select no running twin, or more than one matches."""
 
     reason: Phrase
     running: Phrase

@@ -18,7 +18,7 @@ from dmc41x3.twin.plant import BenchPlant
 from dmc41x3.twin.wire.faults import TABLE
 from dmc41x3.twin.wire.injection import FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.cli.dmc_tools.serve import ServedTwin, published
+from maya_un.cli.dmc_tools.fault import ServedTwin, published
 from maya_un.cli.main import main
 
 
@@ -131,7 +131,7 @@ def test_invalid_fault_has_its_code(line: str, code: int, capsys: pytest.Capture
 
 def test_missing_twin_is_reported_with_advice(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["dmc", "fault", "drop"]) == 1
-    assert "maya: error 1022: Maya cannot tell which virtual controller to use: none runs. Start `maya dmc serve`" in (
+    assert "maya: error 1022: Maya cannot tell which twin to use: none runs. Start `maya up` or `maya dmc serve`" in (
         capsys.readouterr().err
     )
 

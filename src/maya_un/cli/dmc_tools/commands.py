@@ -89,11 +89,13 @@ def fault(
         ),
     ] = None,
 ) -> int:
-    """Inject a fault into a twin, or end one.
+    """Inject a fault into a running twin, or end one.
 
-    The twin is one that `maya dmc serve` runs.
+    The twin is that of `maya up`, or one that `maya dmc serve` runs.
+
+    Example: maya dmc fault latency seconds=0.2 --for 30
     """
-    from maya_un.cli.dmc_tools import serve as command
+    from maya_un.cli.dmc_tools import fault as command
 
     settings = settings_of(context)
     command.check(name, values or (), seconds, clear=clear, active=active)
