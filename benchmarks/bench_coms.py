@@ -116,7 +116,7 @@ def started(held: AsyncExitStack, word: str) -> str:
 
 def link(held: AsyncExitStack, url: str, robot: Robot) -> Process:
     """Run `maya coms` between a robot and its supervisors until the end."""
-    process = Process(f"coms --connect --port 0 --url {url} --rosbridge {robot.url}")
+    process = Process(f"coms --connect --port 0 --url {url} --rosbridge {robot.url}", cold=True)
     held.callback(process.kill)
     return process
 

@@ -25,7 +25,8 @@ from maya_un.assembly import Stack, stack, staffed
 from maya_un.config import Config
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 from maya_un.interpreter import prompt_loop
 from tests.costly_requests import KINDS, CostlyRequest, prepared, send_request
 

@@ -68,7 +68,8 @@ async def serve_ours() -> None:
     from maya_un.config import Config
     from maya_un.http.app import create_app
     from maya_un.http.bridge import Bridge
-    from maya_un.http.thread import bound_socket, served
+    from maya_un.http.sockets import bound_socket
+    from maya_un.http.thread import served
 
     async with stack(Config(), live=False) as robot:
         beating = Beating(robot.service)
@@ -83,8 +84,8 @@ async def serve_bare() -> None:
     """Send what the stream sends, one client after the other, as the framework's manual shows it."""
     from maya_un.assembly import stack
     from maya_un.config import Config
+    from maya_un.http.sockets import bound_socket
     from maya_un.http.stream.messages import state_frame
-    from maya_un.http.thread import bound_socket
 
     app, clients, going = FastAPI(), set[WebSocket](), asyncio.Event()
     async with stack(Config(), live=False) as robot:

@@ -14,8 +14,9 @@ from maya_un.assembly import PEOPLE_BOUNDS
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.errors import AGAIN
-from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, CLIENTS_EACH, FAR, FILES, LONG, NEAR
+from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, LONG
 from maya_un.http.openapi import ruled
+from maya_un.http.origins import CLIENTS_EACH, FAR, FILES, NEAR
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED
 from maya_un.process.spec.job import MOST_NAMES

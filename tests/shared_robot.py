@@ -21,8 +21,9 @@ from maya_un.edges import EndpointOptions
 from maya_un.http import dates
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.middleware import OriginPolicy, Rate
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.origins import OriginPolicy, Rate
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.service.access.operations import Role
 from maya_un.service.access.users import FileStore

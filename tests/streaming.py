@@ -22,10 +22,11 @@ from maya_un.controller.monitor import StateBroadcaster
 from maya_un.errors import Busy, MayaError
 from maya_un.events import Event, EventLog, PhaseBegun
 from maya_un.http.bridge import Bridge
-from maya_un.http.middleware import CLIENTS_EACH
+from maya_un.http.origins import CLIENTS_EACH
+from maya_un.http.sockets import bound_socket
 from maya_un.http.stream.hub import MOST_EVENTS
 from maya_un.http.stream.server import add_stream
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.thread import served
 from maya_un.schema.robot import EventMessage, LinkView, TableView
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl

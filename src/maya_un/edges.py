@@ -12,7 +12,7 @@ from maya_un.assembly import Stack
 from maya_un.config import Config
 from maya_un.errors import EdgeNotInstalled
 from maya_un.http.bridge import Bridge
-from maya_un.http.middleware import OriginPolicy
+from maya_un.http.origins import OriginPolicy
 
 GROUP = "maya_un.edges"
 

@@ -66,6 +66,15 @@ def test_help_of_a_command_imports_only_the_parser(line: str, tmp_path: Path) ->
     assert heavy(line, tmp_path) == {"typer"}
 
 
+def test_the_link_to_supervisors_loads_no_robot_and_no_service() -> None:
+    """`maya coms` runs beside the robot all day."""
+    program = "import json, sys, maya_un.cli.coms.run; print(json.dumps(sorted(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    known = set(json.loads(done.stdout))
+    assert known & {"numpy", "mcap", "prometheus_client", "fastapi", "maya_un.service.service"} == set()
+    assert "maya_un.coms.agent" in known
+
+
 def heavy(line: str, tmp_path: Path) -> set[str]:
     """Return the heavy modules that a command line imports."""
     done = subprocess.run(

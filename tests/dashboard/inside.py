@@ -19,7 +19,8 @@ from maya_un.dashboard.pages import add_dashboard
 from maya_un.http import dates
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 from maya_un.machine.log import MechanicsRecord
 from maya_un.machine.truth import TrueConstants
 from maya_un.recorder.store import RecordingStore

@@ -24,7 +24,8 @@ from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 
 pytestmark = pytest.mark.system
 

@@ -29,7 +29,8 @@ from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllo
 from maya_un.events import Event, LeaseChanged
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 from maya_un.service.access.operations import Caller, Operation
 from maya_un.service.service import Gate, Service
 from maya_un.values import Mode

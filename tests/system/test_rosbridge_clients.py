@@ -22,7 +22,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed
 
 from maya_ros.rosbridge import outgoing
-from maya_un.http.thread import bound_socket
+from maya_un.http.sockets import bound_socket
 from tests.rosbridge_clients import flooded, web
 from tests.system.processes import CALM, Process, done, running
 from tests.system.robots import Running

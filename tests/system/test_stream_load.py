@@ -20,7 +20,8 @@ from maya_un.config import Config
 from maya_un.events import KEPT, PhaseBegun
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 from maya_un.service.access.operations import LOCAL, Operation
 from tests.campaign import Campaign
 

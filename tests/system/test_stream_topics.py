@@ -17,8 +17,9 @@ from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
+from maya_un.http.sockets import bound_socket
 from maya_un.http.stream.topics import TOPICS
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.thread import served
 from maya_un.values import Point
 from tests.streaming import Client, connected
 

@@ -24,7 +24,7 @@ from maya_ros.rosbridge.wire import GOING, RosbridgeWire
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.http.connections import LEASE, Rights
 from maya_un.http.errors import language_of
-from maya_un.http.middleware import OriginPolicy
+from maya_un.http.origins import OriginPolicy
 from maya_un.service.access import callers
 from maya_un.service.access.operations import ROS, Caller
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dmc41x3.address import SIM
 from dmc41x3.files import unwritable, write
@@ -11,11 +12,10 @@ from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path, load, template, to_toml
 from maya_un.errors import FileUnwritable, InvalidCommandLine
-from maya_un.kinematics.mechanism import Mechanism
-from maya_un.process.spec.job import Job, load_job
-from maya_un.process.spec.poses import PoseStore
-from maya_un.process.spec.tasks import starting_parts
 from maya_un.values import Point
+
+if TYPE_CHECKING:
+    from maya_un.process.spec.job import Job
 
 
 def configuration(settings: OutputSettings) -> Config:
@@ -86,10 +86,18 @@ def on_the_table(table: str | None, config: Config, settings: OutputSettings) ->
 
     Raises as `load_job` and `starting_parts`.
     """
-    return {} if table is None else parts_of(load_job(Path(table)), config, settings)
+    if table is None:
+        return {}
+    from maya_un.process.spec.job import load_job
+
+    return parts_of(load_job(Path(table)), config, settings)
 
 
 def parts_of(job: Job, config: Config, settings: OutputSettings) -> dict[str, Point]:
     """Return the start positions of the parts of a job [m]; raises as `starting_parts`."""
+    from maya_un.kinematics.mechanism import Mechanism
+    from maya_un.process.spec.poses import PoseStore
+    from maya_un.process.spec.tasks import starting_parts
+
     book = PoseStore(Mechanism.of(config), taught_places(settings))
     return starting_parts(job, config.cell.grasp_height, book.taught)

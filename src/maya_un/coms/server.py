@@ -19,7 +19,7 @@ from starlette.routing import Route
 
 from maya_un.coms.agent import Agent
 from maya_un.errors import InvalidRequest, MayaError
-from maya_un.http.middleware import OriginPolicy
+from maya_un.http.origins import OriginPolicy
 
 _EDGE = OriginPolicy()
 

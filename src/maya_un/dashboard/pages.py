@@ -19,7 +19,7 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from maya_un.http.middleware import LOOPBACK
+from maya_un.http.origins import LOOPBACK
 
 SITE = Path(__file__).parent / "site"
 """The built pages."""

@@ -16,7 +16,8 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights
 from maya_un.http.exchange import on_validation_error
 from maya_un.http.metrics import Metrics
-from maya_un.http.middleware import OriginPolicy, RequestGuard
+from maya_un.http.middleware import RequestGuard
+from maya_un.http.origins import OriginPolicy
 from maya_un.http.routes.calibration import add_calibration
 from maya_un.http.routes.diagnosis import add_diagnosis
 from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks, add_texts

@@ -7,8 +7,8 @@ import pytest
 
 from maya_un.cli.service.listeners import PORT, RemoteAccess, host_and_port, require_users
 from maya_un.errors import InvalidCommandLine, InvalidValue
-from maya_un.http.middleware import CLIENTS_EACH, FAR, Rate
-from maya_un.http.thread import ListeningSocket, bound_socket
+from maya_un.http.origins import CLIENTS_EACH, FAR, Rate
+from maya_un.http.sockets import ListeningSocket, bound_socket
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from maya_un.errors import (
     WrongRobot,
 )
 from maya_un.http import dates
-from maya_un.http.thread import bound_socket
+from maya_un.http.sockets import bound_socket
 from maya_un.steps.store import StepStore
 from maya_un.steps.text import RobotIdentity, StepEnd
 from tests.rosbridge_clients import DATE

@@ -14,7 +14,7 @@ from maya_un.coms.robot import Rosbridge
 from maya_un.coms.transport import Report, ReportKind
 from maya_un.errors import RobotNotReached
 from maya_un.http import dates
-from maya_un.http.thread import bound_socket
+from maya_un.http.sockets import bound_socket
 from tests.unit.coms.memory import Memory
 
 

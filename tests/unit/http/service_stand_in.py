@@ -13,7 +13,7 @@ from maya_un.events import Event, EventLog
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.metrics import Metrics
-from maya_un.http.middleware import OriginPolicy
+from maya_un.http.origins import OriginPolicy
 from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.robot import EventMessage, HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Caller

@@ -15,7 +15,7 @@ from maya_un import __version__
 from maya_un.cli.service.listeners import RemoteAccess
 from maya_un.errors import Busy, MayaError, TooMuchAsked, WorkerFailed
 from maya_un.http import log, middleware
-from maya_un.http.middleware import OriginPolicy, Rate
+from maya_un.http.origins import OriginPolicy, Rate
 from tests.unit.http.service_stand_in import ServiceStandIn, app_client, problem
 from tests.virtual_time import elapse
 

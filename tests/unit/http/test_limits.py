@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import TooManyRequests
-from maya_un.http.middleware import Buckets, Rate
+from maya_un.http.middleware import Buckets
+from maya_un.http.origins import Rate
 
 
 def taken(buckets: Buckets, source: str, now: float) -> bool:

@@ -21,9 +21,10 @@ from maya_un.errors import AddressInUse, FileUnreadable, InvalidValue
 from maya_un.http import protocol
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.middleware import OriginPolicy
+from maya_un.http.origins import OriginPolicy
 from maya_un.http.protocol import ConnectionSlots
-from maya_un.http.thread import LOOPBACK, ListeningSocket, bound_socket, far_socket, served, tls_of
+from maya_un.http.sockets import LOOPBACK, ListeningSocket, bound_socket, far_socket, tls_of
+from maya_un.http.thread import served
 from maya_un.service.service import Service
 from tests.unit.http.service_stand_in import ServiceStandIn
 

@@ -4,7 +4,7 @@ import pytest
 from starlette.datastructures import Headers
 
 from maya_un.errors import InvalidValue
-from maya_un.http.middleware import OriginPolicy, host_of, origin_of
+from maya_un.http.origins import OriginPolicy, host_of, origin_of
 
 PANEL = "https://panel.example.org"
 REMOTE = OriginPolicy(remote=True, hosts=frozenset({"maya", "panel.example.org"}), origins=frozenset({PANEL}))

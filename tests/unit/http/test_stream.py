@@ -20,9 +20,9 @@ from dmc41x3.loops import ScaledLoop, run
 from maya_un import __version__
 from maya_un.errors import InvalidRequest, LeaseHeld, NotAllowed, NotHomed
 from maya_un.http import connections
+from maya_un.http.sockets import bound_socket
 from maya_un.http.stream import messages, server, session
 from maya_un.http.stream.messages import LONGEST_MESSAGE
-from maya_un.http.thread import bound_socket
 from maya_un.schema.encoding import to_data
 from maya_un.schema.fleet import FleetRobot, FleetView
 from maya_un.service.access.operations import LOCAL

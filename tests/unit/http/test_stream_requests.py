@@ -16,8 +16,9 @@ from dmc41x3.loops import run
 from maya_un.errors import RequestLate
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
+from maya_un.http.sockets import bound_socket
 from maya_un.http.stream.requests import MOST_AT_ONCE, MOST_DELAY
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.thread import served
 from maya_un.schema.robot import HeldJog
 from maya_un.service.service import Gate
 from maya_un.values import StopReport

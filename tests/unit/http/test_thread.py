@@ -14,7 +14,8 @@ from dmc41x3.loops import ScaledLoop, run
 from maya_un.errors import AddressInUse
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
-from maya_un.http.thread import bound_socket, served
+from maya_un.http.sockets import bound_socket
+from maya_un.http.thread import served
 from maya_un.service.service import Service
 
 

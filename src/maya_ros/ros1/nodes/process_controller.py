@@ -33,7 +33,8 @@ from maya_un.http import dates, log
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.metrics import Metrics
-from maya_un.http.thread import PORT, bound_socket, served
+from maya_un.http.sockets import PORT, bound_socket
+from maya_un.http.thread import served
 from maya_un.process.journal.file import FILE_NAME
 
 

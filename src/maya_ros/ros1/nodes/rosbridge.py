@@ -22,8 +22,8 @@ from maya_ros.ros1.master import settle_namespace, told, whole
 from maya_ros.ros1.node import RosNode, require_master, run
 from maya_ros.ros1.rights import looked
 from maya_ros.rosbridge.endpoint import PORT, Endpoint
-from maya_un.http.middleware import OriginPolicy, host_of, origin_of
-from maya_un.http.thread import bound_socket
+from maya_un.http.origins import OriginPolicy, host_of, origin_of
+from maya_un.http.sockets import bound_socket
 from maya_un.namespace import namespace
 
 URL = "/rosbridge/url"

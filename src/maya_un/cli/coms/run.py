@@ -25,7 +25,7 @@ from maya_un.coms.selection import transport_of
 from maya_un.coms.server import AgentSwitch, serve
 from maya_un.config.model import ComsConfig
 from maya_un.http import dates
-from maya_un.http.thread import bound_socket
+from maya_un.http.sockets import bound_socket
 
 _PATIENCE = 5.0
 """Longest wait for the end of the process [s]."""

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidCommandLine, InvalidValue
-from maya_un.http.middleware import CLIENTS_EACH, FAR, OriginPolicy, host_of, origin_of
-from maya_un.http.thread import (
+from maya_un.http.origins import CLIENTS_EACH, FAR, OriginPolicy, host_of, origin_of
+from maya_un.http.sockets import (
     BROWSER_CONNECTIONS,
     REMOTE_CONNECTIONS_EACH,
     ListeningSocket,

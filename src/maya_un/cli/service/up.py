@@ -43,7 +43,8 @@ from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.log import keep_quiet
 from maya_un.http.metrics import Metrics
-from maya_un.http.thread import PORT, ListeningSocket, bound_socket, served
+from maya_un.http.sockets import PORT, ListeningSocket, bound_socket
+from maya_un.http.thread import served
 from maya_un.interpreter import prompt_loop
 from maya_un.process.journal.file import remove_new, require_place
 from maya_un.schema.jobs import QueueMode, QueueView

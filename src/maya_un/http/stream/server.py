@@ -15,7 +15,7 @@ from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, is_local, source_of
 from maya_un.http.log import written_down
-from maya_un.http.middleware import CLIENTS_EACH
+from maya_un.http.origins import CLIENTS_EACH
 from maya_un.http.protocol import ConnectionSlots
 from maya_un.http.stream.hub import MOST_EVENTS, Batch, EventRing, StreamHub, StreamSource
 from maya_un.http.stream.messages import WIRE, StreamWire

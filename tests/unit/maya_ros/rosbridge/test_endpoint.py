@@ -20,8 +20,8 @@ from maya_ros.rosbridge import wire
 from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.endpoint import Endpoint
 from maya_ros.rosbridge.limits import LONGEST_MESSAGE, WAITING
-from maya_un.http.middleware import OriginPolicy
-from maya_un.http.thread import bound_socket
+from maya_un.http.origins import OriginPolicy
+from maya_un.http.sockets import bound_socket
 from tests.rosbridge_clients import DATE, HANDSHAKE, Web, framed, web
 from tests.virtual_time import turn
 
