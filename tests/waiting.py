@@ -11,13 +11,20 @@ PAUSE = 0.05
 """Between two looks [s]."""
 
 
-def eventually(fact: Callable[[], object], what: str, within: float = 120.0, told: Callable[[], str] = str) -> None:
-    """Return as soon as something is so, looking again and again; fails where that takes longer [s]."""
+def eventually(
+    fact: Callable[[], object],
+    what: str,
+    within: float = 120.0,
+    told: Callable[[], str] = str,
+    *,
+    pause: float = PAUSE,
+) -> None:
+    """Return as soon as something is so, looking again after each `pause`; fails where that takes longer [s]."""
     end = monotonic() + within
-    pause = Event()
+    never = Event()
     while not fact():
         assert monotonic() < end, f"never came: {what}\n{told()}"
-        pause.wait(PAUSE)
+        never.wait(pause)
 
 
 async def until(fact: Callable[[], object]) -> None:

@@ -19,6 +19,9 @@ SIGHT = "document.querySelector('[data-camera]')?.dataset.sight"
 PERIOD = 0.5
 """The shortest time between two requests for snapshots [s] (web/src/pages/live/camera.ts)."""
 
+SELDOM = 0.5
+"""Between two screenshots, which are expensive [s]."""
+
 COLOURS = {(255, 0, 0): "red", (0, 128, 0): "green", (0, 0, 255): "blue"}
 
 
@@ -57,7 +60,8 @@ def colour_of(tab: Tab) -> str:
 
 def shows(tab: Tab, colour: str) -> None:
     """Wait until the camera's picture has a colour."""
-    eventually(lambda: colour_of(tab) == colour, f"a {colour} picture", 30.0, lambda: colour_of(tab) + tab.text())
+    what = f"a {colour} picture"
+    eventually(lambda: colour_of(tab) == colour, what, 30.0, lambda: colour_of(tab) + tab.text(), pause=SELDOM)
 
 
 @pytest.mark.parametrize("filmed", ["stream"], indirect=True)
