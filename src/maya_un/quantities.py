@@ -19,7 +19,7 @@ from maya_un.values import FARTHEST, WITHIN, Joints, Point
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°%]*)")
 
 
-class Kind(NamedTuple):
+class QuantityKind(NamedTuple):
     """A kind of quantity: its factors to SI by unit, and the sentence that refuses a text.
 
     A plain number above `most` is refused in favour of the unit `usual`, and so is a step of a jog above `most_step`.
@@ -33,7 +33,7 @@ class Kind(NamedTuple):
     usual: str = ""
 
 
-LENGTH = Kind(
+LENGTH = QuantityKind(
     {"": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6},
     phrase("a length is a number in m, or with m, cm, mm or um behind it"),
     most=10.0,
@@ -41,19 +41,19 @@ LENGTH = Kind(
     si="m",
     usual="mm",
 )
-ANGLE = Kind(
+ANGLE = QuantityKind(
     {"": 1.0, "rad": 1.0, "mrad": 1e-3, "deg": pi / 180.0, "°": pi / 180.0},
     phrase("an angle is a number in rad, or with rad, mrad or deg behind it"),
-    most=2.0 * pi,
+    most=10.0,
     most_step=0.2,
     si="rad",
     usual="deg",
 )
-DURATION = Kind(
+DURATION = QuantityKind(
     {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
     phrase("a duration is a number in s, or with s, min, h or d behind it"),
 )
-SHARE = Kind({"": 1.0, "%": 0.01}, phrase("a share is a number, or with % behind it"))
+SHARE = QuantityKind({"": 1.0, "%": 0.01}, phrase("a share is a number, or with % behind it"))
 
 
 def length(text: str, key: str) -> float:
@@ -91,7 +91,7 @@ def is_angle(text: str) -> bool:
     return found is not None and found[2] != "" and found[2] in ANGLE.units
 
 
-def step(text: str, key: str, kind: Kind) -> float:
+def step(text: str, key: str, kind: QuantityKind) -> float:
     """Return the distance of a jog in SI; raises `InvalidValue` naming `key`, also for a long one without a unit."""
     value = _coordinate(text, key, kind)
     if abs(value) > kind.most_step and _is_bare(text):
@@ -129,7 +129,7 @@ def duration(text: str, key: str) -> float:
     return quantity(text, key, DURATION)
 
 
-def quantity(text: str, key: str, kind: Kind) -> float:
+def quantity(text: str, key: str, kind: QuantityKind) -> float:
     """Return a text as a quantity of a kind, in SI; raises `InvalidValue` naming `key`."""
     found = _NUMBER.fullmatch(text.strip())
     if found is None or found[2] not in kind.units:
@@ -142,11 +142,11 @@ def quantity(text: str, key: str, kind: Kind) -> float:
     return value
 
 
-def _coordinate(text: str, key: str, kind: Kind) -> float:
+def _coordinate(text: str, key: str, kind: QuantityKind) -> float:
     return _within(quantity(text, key, kind), text, key)
 
 
-def _in_data(data: object, key: str, kind: Kind) -> float:
+def _in_data(data: object, key: str, kind: QuantityKind) -> float:
     if isinstance(data, str) and not _is_bare(data):
         return _coordinate(data, key, kind)
     if isinstance(data, bool) or not isinstance(data, int | float):
@@ -174,7 +174,7 @@ def _within(number: float, value: object, key: str) -> float:
     return number
 
 
-def _require_plausible(value: float, key: str, text: str, kind: Kind) -> None:
+def _require_plausible(value: float, key: str, text: str, kind: QuantityKind) -> None:
     """Refuse a plain number that was probably meant in the usual unit; one beyond all bounds has its own reason."""
     if kind.most < abs(value) <= FARTHEST:
         raise InvalidValue(

@@ -48,7 +48,7 @@ def test_second_maya_up_is_refused_and_the_watchdog_of_the_first_works(tmp_path:
         first, second = places(tmp_path / "one"), places(tmp_path / "two")
         with running(f"up --port 0 --skip-home --address {address}", first) as up:
             up.until("maya home")
-            with running("jog r -0.5", first):
+            with running("jog r -500mm", first):
                 wait_for(wire, "_BGS", 1.0)
                 code, said = done(f"up --port 0 --address {address}", env=second)
                 assert (code, str(ControllerOwned.code) in said) == (1, True), said
@@ -72,7 +72,7 @@ def test_a_second_host_cannot_move_the_gripper(tmp_path: Path) -> None:
             before = wire.numbers("_OP0"), twin.mechanics.record.gripper_closed
             job = tmp_path / "jaws.json"
             job.write_text(json.dumps({"steps": [{"gripper": "close"}, {"gripper": "open"}, {"gripper": "close"}]}))
-            with running("jog r -0.5", first):
+            with running("jog r -500mm", first):
                 wait_for(wire, "_BGS", 1.0)
                 code, said = done(f"run {job} --address {address}", env=second)
                 assert (code, str(ControllerOwned.code) in said) == (1, True), said
@@ -133,7 +133,7 @@ def test_a_person_takes_the_controller_over_and_back(tmp_path: Path) -> None:
         first, second = places(tmp_path / "one"), places(tmp_path / "two")
         with running(f"up --port 0 --skip-home --address {address}", first) as one:
             one.until("maya home")
-            with running("jog r -0.3", first) as jog:
+            with running("jog r -300mm", first) as jog:
                 wait_for(wire, "_BGS", 1.0)
                 code, said = done(f"up --port 0 --address {address} --take-over", env=second)
                 assert (code, str(ControllerMoves.code) in said) == (1, True), said

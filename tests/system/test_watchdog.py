@@ -108,7 +108,7 @@ def test_pause_of_a_dead_host_does_not_resume_under_another() -> None:
         mark(twin, wire)
         with running(f"up --port 0 --skip-home --address {address}") as up:
             up.until("maya home")
-            with running("jog r -0.5"):
+            with running("jog r -500mm"):
                 wait_for(wire, "_BGS", 1.0)
                 code, said = done("pause")
                 assert (code, "maya resume" in said) == (0, True)

@@ -11,7 +11,7 @@ from maya_un.quantities import ANGLE, LENGTH, angle, angle_in, length, length_in
 from maya_un.values import FARTHEST
 
 
-@given(st.floats(-10.0, 10.0), st.floats(-2 * pi, 2 * pi))
+@given(st.floats(-10.0, 10.0), st.floats(-10.0, 10.0))
 def test_a_plain_number_is_si(metres: float, radians: float) -> None:
     assert length(repr(metres), "x") == length_in(metres, "x") == metres
     assert angle(repr(radians), "a") == angle_in(radians, "a") == radians

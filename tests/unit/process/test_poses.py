@@ -159,7 +159,7 @@ def test_letters_of_any_language_make_names(pose_store: PoseStore, name: str) ->
 
 
 @given(
-    st.lists(st.tuples(*[st.floats(-6.0, 6.0)] * 3), min_size=1, max_size=5),
+    st.lists(st.tuples(*[st.floats(-10.0, 10.0)] * 3), min_size=1, max_size=5),
     st.text(st.characters(exclude_categories=["Cs"]), max_size=30),
 )
 def test_every_number_is_read_back_exactly(joints: list[tuple[float, float, float]], date: str) -> None:

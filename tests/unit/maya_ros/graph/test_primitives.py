@@ -17,9 +17,9 @@ from maya_un.robot.primitives.line import Line
 from maya_un.robot.primitives.move import MoveJoints
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
-from maya_un.values import FARTHEST, Joints, Point
+from maya_un.values import Joints, Point
 
-NUMBERS = [st.floats(-FARTHEST, FARTHEST)] * 3
+NUMBERS = [st.floats(-10.0, 10.0)] * 3
 POINTS = st.builds(Point, *NUMBERS)
 JOINTS = st.builds(Joints, *NUMBERS)
 PRIMITIVES = st.one_of(

@@ -26,12 +26,12 @@ from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
 from maya_un.schema.jobs import TaskState
-from maya_un.values import FARTHEST, Joints, Point
+from maya_un.values import Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
 
 CUBE, TRAY = Point(0.5, 1.1, 0.4), Point(1.1, 0.5, 0.4)
-NUMBERS = st.floats(-FARTHEST, FARTHEST)
+NUMBERS = st.floats(-10.0, 10.0)
 PRIMITIVES = st.one_of(
     st.builds(Approach, st.builds(Point, NUMBERS, NUMBERS, NUMBERS)),
     st.builds(Pick, st.builds(Point, NUMBERS, NUMBERS, NUMBERS)),
