@@ -21,7 +21,7 @@ from maya_un.service.queueing import MOST_EVENTS
 from maya_un.service.service import Gate, Service
 
 SHARE = 0.2
-"""Fraction of the loop's time for all readers of the past together."""
+"""Fraction of the loop's time for all readers of the past and all translations together."""
 
 LONGEST_PAUSE = 0.25
 """Longest pause after a turn [s]; a turn may have taken long because of other tasks of the loop."""
@@ -60,9 +60,9 @@ class Bridge:
 
     Neither loop ever blocks on the other. `callers` identifies callers. Without a gate and callers, the service has a
     single user: every caller is `LOCAL`, and no audit log is written. `journal` is the stored queue, for its health.
-    `past` limits the share of the server's loop for all readers of the past together. `missing` returns the errors of
-    missing layers, in any thread. `config_file` is the configuration file that the user has named. `checking` is locked
-    while the host is checked.
+    `past` limits the share of the server's loop for all readers of the past and all translations together.
+    `missing` returns the errors of missing layers, in any thread. `config_file` is the configuration file that the
+    user has named. `checking` is locked while the host is checked.
     """
 
     def __init__(
