@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 from collections.abc import Sequence
 from random import Random
 from typing import Any
@@ -14,7 +13,7 @@ from maya_ros.graph import types
 from maya_ros.graph.catalogue import ANY, SCALAR, Field, is_base, spec
 from maya_ros.graph.table import TABLE, Kind
 from tests.campaign import Campaign
-from tests.ros import workspace
+from tests.ros.workspace import outputs_of
 
 pytestmark = pytest.mark.system
 
@@ -81,14 +80,7 @@ def known_as(form: str, kind: str) -> str:
 
 def converted(questions: Sequence[tuple[str, str, object]]) -> list[dict[str, Any]]:
     """Return what ROS' classes, in the Python of nodes, make of messages."""
-    environment = workspace.provide().environment()
-    environment["PYTHONPATH"] = f"{workspace.ROOT}:{environment.get('PYTHONPATH', '')}"
-    done = subprocess.run(
-        [workspace.python(), "-m", "tests.ros.converting"],
-        input="".join(json.dumps(question) + "\n" for question in questions),
-        env=environment, stdout=subprocess.PIPE, text=True, check=True,
-    )  # fmt: skip
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    return outputs_of("tests.ros.converting", "".join(json.dumps(question) + "\n" for question in questions))
 
 
 def test_messages_go_through_ros_unchanged(campaign: Campaign) -> None:

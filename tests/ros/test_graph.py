@@ -16,7 +16,7 @@ from tests.ros.harness import HERE, Ros
 from tests.ros.peer_outcomes import MOVE, GoalOutcome
 from tests.ros.programs import Program
 from tests.ros.slow_master import slow_master
-from tests.ros.workspace import ROOT, Workspace, python
+from tests.ros.workspace import ROOT, Workspace, outputs_of, python
 
 pytestmark = pytest.mark.system
 
@@ -112,6 +112,12 @@ def test_publisher_that_registers_during_a_subscription_is_heard(ros: Ros, drive
         assert way.held.is_set()
         peer.close()
     publishing.join()
+
+
+def test_second_connection_to_a_publisher_does_not_replace_the_first() -> None:
+    """rospy would close the first one, with messages in it that nobody has read."""
+    (kept,) = outputs_of("tests.ros.connecting")
+    assert kept == [True, False, True]
 
 
 @pytest.mark.parametrize(("service", "words"), [("/peer/late", "in the loop"), ("/peer/quick", "at once")])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
+import json
 import os
 import shutil
 import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ROOT / "ros"
@@ -98,6 +100,16 @@ def run(command: Sequence[str], place: Path, more: Mapping[str, str] | None = No
     )  # fmt: skip
     assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}"
     return done.stdout
+
+
+def outputs_of(module: str, text: str = "") -> list[Any]:
+    """Run a module of the tests in the Python of nodes, with `text` as its input; return its output, JSON lines."""
+    environment = provide().environment()
+    environment["PYTHONPATH"] = f"{ROOT}:{environment.get('PYTHONPATH', '')}"
+    done = subprocess.run(
+        [python(), "-m", module], input=text, env=environment, stdout=subprocess.PIPE, text=True, check=True
+    )
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def link_packages(workspace: Path) -> None:

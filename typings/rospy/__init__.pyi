@@ -6,6 +6,7 @@ from genpy import Message
 from genpy import Service as ServiceKind
 from rospy import core as core
 from rospy import names as names
+from rospy import topics as topics
 
 class ROSException(Exception): ...
 class ROSInitException(ROSException): ...
@@ -32,18 +33,8 @@ class SubscribeListener:
     ) -> None: ...
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None: ...
 
-class _Transport:
-    socket: Any
-    done: bool
-    endpoint_id: str
-    callerid_pub: str
-
-class _TopicImpl:
-    connections: list[_Transport]
-    def add_subscriber_listener(self, l: SubscribeListener) -> None: ...
-
 class _Topic:
-    impl: _TopicImpl | None
+    impl: topics._TopicImpl | None
     resolved_name: str
     def get_num_connections(self) -> int: ...
     def unregister(self) -> None: ...

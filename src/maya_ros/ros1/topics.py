@@ -13,6 +13,9 @@ from contextlib import suppress
 from typing import Any
 
 import rospy
+from rospy.impl.transport import Transport
+from rospy.topics import _SubscriberImpl as SubscriberImpl  # pyright: ignore[reportPrivateUsage]
+from rospy.topics import _TopicImpl as TopicImpl  # pyright: ignore[reportPrivateUsage]
 
 from maya_ros.graph.protocol import Message
 from maya_ros.graph.types import says_when
@@ -204,6 +207,22 @@ class RosSubscription:
     def _deliver(self) -> None:
         if self._waiting and self._open:
             self._heard(*self._waiting.popleft())
+
+
+def _add_connection(subscriber: SubscriberImpl, connection: Transport) -> bool:
+    """Add a connection of a subscriber; return False for a second one to the same publisher, which rospy then closes.
+
+    rospy may connect twice to one publisher: with several publishers it handles each list from the master several
+    times, in parallel. Its own method lets the newer connection replace the older one, with the messages that the older
+    one still holds.
+    """
+    with subscriber.c_lock:
+        if subscriber.has_connection(connection.endpoint_id):
+            return False
+        return TopicImpl.add_connection(subscriber, connection)
+
+
+SubscriberImpl.add_connection = _add_connection  # type: ignore[method-assign]
 
 
 def _alive(link: object, name: str, *, done: bool) -> bool:

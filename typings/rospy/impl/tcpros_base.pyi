@@ -1,0 +1,6 @@
+from rospy.impl.tcpros_pubsub import TCPROSSub
+from rospy.impl.transport import Transport
+
+class TCPROSTransport(Transport):
+    def __init__(self, protocol: TCPROSSub, name: str) -> None: ...
+    def set_endpoint_id(self, endpoint_id: str) -> None: ...

@@ -1,0 +1,19 @@
+from typing import Any
+
+from genpy import Message
+from rospy import SubscribeListener
+from rospy.impl.transport import Transport
+
+class TopicManager:
+    def acquire_impl(self, reg_type: str, resolved_name: str, data_class: type[Message]) -> _SubscriberImpl: ...
+
+def get_topic_manager() -> TopicManager: ...
+
+class _TopicImpl:
+    c_lock: Any
+    connections: list[Transport]
+    def add_connection(self, c: Transport) -> bool: ...
+    def add_subscriber_listener(self, l: SubscribeListener) -> None: ...
+    def has_connection(self, endpoint_id: str) -> bool: ...
+
+class _SubscriberImpl(_TopicImpl): ...
