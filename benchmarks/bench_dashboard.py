@@ -36,7 +36,7 @@ RATE = 10
 SECONDS = 3.0
 """Duration of one sample of the viewers' cost [s]."""
 
-CHROMIUM = "/usr/bin/chromium"
+CHROMIUM = "/usr/bin/chromium-headless-shell"
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]
 TO_AND_FRO: dict[str, Any] = {
     "name": "to and fro",

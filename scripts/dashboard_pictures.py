@@ -23,7 +23,7 @@ sys.path.insert(0, str(ROOT))
 
 from maya_un.dashboard.pages import PAGES  # noqa: E402 - the path comes first
 from tests.dashboard.services import Service, service  # noqa: E402
-from tests.dashboard.tabs import FLAGS, SIZES, THEMES, Tab  # noqa: E402
+from tests.dashboard.tabs import BROWSER, FLAGS, SIZES, THEMES, Tab  # noqa: E402
 from tests.ports import free_port  # noqa: E402
 from tests.system.brokers import broker  # noqa: E402
 from tests.system.processes import Process  # noqa: E402
@@ -65,7 +65,7 @@ def main() -> int:
     """Draw all pictures."""
     IMAGES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=shutil.which(BROWSER), args=list(FLAGS))
         with service(Path(folder), "--speed 20 --table examples/02_sort_grid.yaml") as robot, fleet() as of_fleet:
             prepare(robot)
             for path in PAGES:

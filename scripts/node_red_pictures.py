@@ -91,7 +91,7 @@ def _connect(red: NodeRed, url: str) -> None:
 @contextmanager
 def browser(folder: Path) -> Iterator[int]:
     """Run Chromium without a window; yield the port at which it is driven."""
-    line = ["chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"]
+    line = ["chromium-headless-shell", "--no-sandbox", "--disable-gpu", "--remote-debugging-port=0"]
     line += [f"--user-data-dir={folder / 'browser'}", f"--window-size={WIDTH},{HEIGHT}", "about:blank"]
     process = subprocess.Popen(line, stderr=subprocess.PIPE, text=True)
     try:

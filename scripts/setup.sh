@@ -108,29 +108,26 @@ provide_command() {
     command -v "$1" >/dev/null 2>&1 || install_packages "$1"
 }
 
-# browser_can_be: whether a chromium that tests can start is installed or can be; if not, no_browser says why.
+# browser_can_be: whether the browser of the tests is installed or can be; if not, no_browser says why. It is Chromium
+# without windows, which loads a page for half of the work, and which no system offers as a snap.
+browser=chromium-headless-shell
 browser_can_be() {
-    case $(command -v chromium || true) in
-    /snap/*) no_browser='the chromium of this system is a snap, which cannot read the folders of the tests' ;;
-    ?*) return 0 ;;
-    *)
-        if ! command -v apt-get >/dev/null 2>&1; then
-            no_browser='there is no apt-get here, which chromium would come from'
-        elif [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null 2>&1; then
-            no_browser='chromium is missing, and neither root nor sudo is at hand'
-        elif ! knows_chromium && ! { update_packages && knows_chromium; }; then
-            no_browser='this system has no package of chromium that is more than a snap'
-        else
-            return 0
-        fi
-        ;;
-    esac
+    if command -v $browser >/dev/null 2>&1; then
+        return 0
+    elif ! command -v apt-get >/dev/null 2>&1; then
+        no_browser="there is no apt-get here, which $browser would come from"
+    elif [ "$(id -u)" -ne 0 ] && ! command -v sudo >/dev/null 2>&1; then
+        no_browser="$browser is missing, and neither root nor sudo is at hand"
+    elif ! knows_browser && ! { update_packages && knows_browser; }; then
+        no_browser="this system has no package $browser"
+    else
+        return 0
+    fi
     return 1
 }
 
-# The package of that name may only install a snap, as those of Ubuntu do; its version says so.
-knows_chromium() {
-    apt-cache show chromium 2>/dev/null | grep '^Version:' | grep -qv snap
+knows_browser() {
+    apt-cache show $browser 2>/dev/null | grep -q '^Version:'
 }
 
 # provide_broker: mosquitto, which the tests run themselves. Its package would start it as a service of this machine;

@@ -13,13 +13,13 @@ from playwright.sync_api import Browser, sync_playwright
 from tests.dashboard.furnished import furnished_robot
 from tests.dashboard.inside import Options, TwinService, twin_service
 from tests.dashboard.services import PASSWORD, Service
-from tests.dashboard.tabs import FLAGS, VIOLATIONS, Tab
+from tests.dashboard.tabs import BROWSER, FLAGS, VIOLATIONS, Tab
 
 
 def no_browser() -> str:
     """Return why no browser can be started here, "" if one can."""
     told = os.environ.get("MAYA_NO_BROWSER", "")
-    return told or ("" if shutil.which("chromium") else "chromium is not installed; ./test installs it")
+    return told or ("" if shutil.which(BROWSER) else f"{BROWSER} is not installed; ./test installs it")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -58,7 +58,7 @@ def robot(robot_service: TwinService) -> Iterator[TwinService]:
 def chromium() -> Iterator[Browser]:
     """Return a browser. Playwright's event loop runs as long as it does, and no other test may find one running."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=list(FLAGS))
+        browser = playwright.chromium.launch(executable_path=shutil.which(BROWSER), args=list(FLAGS))
         yield browser
         browser.close()
 

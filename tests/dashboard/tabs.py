@@ -11,6 +11,9 @@ from tests.waiting import eventually
 ELSEWHERE = "elsewhere.example"
 """A name of this machine that only the browser knows: pages of it are of another site."""
 
+BROWSER = "chromium-headless-shell"
+"""Of Debian: Chromium without windows."""
+
 FLAGS = (
     "--enable-unsafe-swiftshader",
     "--disable-background-networking",

@@ -19,6 +19,9 @@ SIGHT = "document.querySelector('[data-camera]')?.dataset.sight"
 PERIOD = 0.5
 """The shortest time between two requests for snapshots [s] (web/src/pages/live/camera.ts)."""
 
+RENEWAL, PATIENCE = 10.0, 5.0
+"""Time after which a stream is requested again, and after which a camera does not answer [s] (the same file)."""
+
 SELDOM = 0.5
 """Between two screenshots, which are expensive [s]."""
 
@@ -44,6 +47,7 @@ def filmed(camera: CameraServer, tmp_path: Path, request: pytest.FixtureRequest)
 def watching(filmed: Service, camera: CameraServer, tab_of: Callable[..., Tab]) -> Tab:
     """Return a tab that shows it."""
     tab = tab_of(filmed)
+    tab.page.clock.install()
     tab.allow(camera.url)
     tab.open("/")
     return tab
@@ -58,10 +62,15 @@ def colour_of(tab: Tab) -> str:
     return COLOURS.get((red, green, blue), str(pixel))
 
 
-def shows(tab: Tab, colour: str) -> None:
-    """Wait until the camera's picture has a colour."""
-    what = f"a {colour} picture"
-    eventually(lambda: colour_of(tab) == colour, what, 30.0, lambda: colour_of(tab) + tab.text(), pause=SELDOM)
+def shows(tab: Tab, colour: str, step: float = 0.0) -> None:
+    """Wait until the camera's picture has a colour; before each look the page's clock goes forward by `step` [s]."""
+
+    def shown() -> bool:
+        if step:
+            tab.page.clock.fast_forward(step * 1e3)
+        return colour_of(tab) == colour
+
+    eventually(shown, f"a {colour} picture", 30.0, lambda: colour_of(tab) + tab.text(), pause=SELDOM)
 
 
 @pytest.mark.parametrize("filmed", ["stream"], indirect=True)
@@ -71,6 +80,8 @@ def test_a_stream_that_hangs_holds_nothing_and_comes_back(filmed: Service, camer
     camera.colour = "green"
     shows(watching, "green")
     camera.mood = "hanging"
+    watching.page.clock.fast_forward(RENEWAL * 1e3)
+    watching.page.clock.fast_forward(PATIENCE * 1e3)
     watching.until(f"{SIGHT} === 'silent'")
     assert "has not answered since" in watching.page.locator("[data-camera]").inner_text()
     assert colour_of(watching) not in COLOURS.values()  # the last picture turns grey
@@ -78,13 +89,13 @@ def test_a_stream_that_hangs_holds_nothing_and_comes_back(filmed: Service, camer
     watching.page.click("button.stop >> visible=true")
     watching.until("document.querySelector('[data-stopped]').innerText.includes('at rest')")
     camera.mood, camera.colour = "well", "blue"
-    shows(watching, "blue")
+    shows(watching, "blue", PATIENCE)
     assert watching.get(SIGHT) == "live"
     eventually(lambda: camera.open == 1, "one request at a time")
     camera.mood = "ending"
     eventually(lambda: camera.open == 0, "the end of the stream")
     camera.mood, camera.colour = "well", "red"
-    shows(watching, "red")
+    shows(watching, "red", PATIENCE)
     watching.hide()
     eventually(lambda: camera.open == 0, "a hidden page has no stream")
     watching.hide(False)

@@ -155,12 +155,6 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
     expect(operator.page.locator("[data-ended] [data-job]")).to_contain_text("ana")
 
 
-def open_drive(tab: Tab) -> None:
-    """Open the page Drive from the page Live."""
-    visit(tab, "/")
-    tab.page.click("a[href='/drive']")
-
-
 def drive_to(tab: Tab, robot: TwinService, joints: Joints) -> None:
     """Have the robot go to joints [rad, m, m] by the page Drive, after a preview."""
     tab.page.click("[data-primitive=move]")
@@ -179,7 +173,7 @@ def test_teach_two_poses_compose_a_job_from_them_and_run_it(robot: TwinService, 
     enter(tab)
     places: dict[str, Joints] = {}
     for name, joints in (("left", Joints(0.4, 1.4, 1.5)), ("right", Joints(1.3, 1.5, 1.4))):
-        open_drive(tab)
+        visit(tab, "/drive")
         drive_to(tab, robot, joints)
         visit(tab, "/teach")
         tab.page.fill("[data-pose-name]", name)
@@ -221,16 +215,16 @@ def crooked(tmp_path: Path) -> Iterator[TwinService]:
 
 
 def home(tab: Tab) -> None:
-    """Home by the page Live, and open the page Drive."""
+    """Home by the page Live."""
     visit(tab, "/")
     tab.page.click("[data-home]")
     tab.until("document.querySelector('[data-state].ok')", "it is homed")
-    open_drive(tab)
 
 
-def off(tab: Tab, robot: TwinService, joints: Joints) -> float:
+def off(robot: TwinService, joints: Joints) -> float:
     """Go to a place; return the distance of the gripper from where the robot believes it to be [m]."""
-    drive_to(tab, robot, joints)
+    robot.ask("POST /v1/tasks", {"command": "move", "joints": joints})
+    robot.until(lambda status: dist(status["state"]["joints"], joints) < NEAR)
     robot.require_rest()
     return dist(robot.state["point"], robot.gripper)
 
@@ -241,18 +235,15 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
     tab.forgive(*GONE)
     enter(tab)
     home(tab)
+    visit(tab, "/workshop")
+    tab.page.click(".tool[href$=calibration]")
     before: list[float] = []
     for row, joints in enumerate(MEASURED, 1):
-        before.append(off(tab, crooked, joints))
-        visit(tab, "/workshop")
-        tab.page.click(".tool[href$=calibration]")
+        before.append(off(crooked, joints))
         for axis, value in zip("xyz", crooked.gripper, strict=True):
             tab.page.fill(f"[data-measured={axis}]", f"{value * 1e3:.2f}")
         tab.page.click("[data-add-point]")
         expect(tab.page.locator("[data-points] tbody tr")).to_have_count(row)
-        if row < len(MEASURED):
-            tab.page.go_back()
-            tab.page.go_back()
     last = tab.page.locator("[data-points] tbody tr").last
     row_number = last.locator("td").first.inner_text()
     last.locator("[data-remove-point]").click()
@@ -271,6 +262,6 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
     crooked.start()
     tab.until_live()
     home(tab)
-    after = [off(tab, crooked, joints) for joints in TARGETS]
+    after = [off(crooked, joints) for joints in TARGETS]
     assert min(before) > 5e-3
     assert max(after) < 1e-3
