@@ -69,7 +69,7 @@ def test_a_generator_depends_on_seed_test_and_case_only() -> None:
 def test_the_command_hands_seed_and_size_on_and_keeps_the_rest(words: list[str], tmp_path: Path) -> None:
     (tmp_path / "scripts").mkdir()
     (tmp_path / "scripts" / "setup.sh").write_text(
-        f"venv={tmp_path}/venv\nfail() {{ exit 9; }}\n"
+        f"venv={tmp_path}/venv\nbrowser=none\nfail() {{ exit 9; }}\n"
         "provide_environment() { :; }\nprovide_clients() { :; }\nprovide_command() { :; }\nprovide_broker() { :; }\n"
         "provide_scripts() { :; }\nprovide_ros() { :; }\n"
         "browser_can_be() { :; }\n"
