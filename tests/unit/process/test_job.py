@@ -156,6 +156,24 @@ def test_a_wrong_job_is_refused_at_its_key(data: object, key: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("name: x\nsteps:\n  - home\n  - plce: [1, 1]\n", "step 2, plce (job.yaml, line 4, column 5)"),
+        ("steps:\n  - home\n  - repeat: 3\n", "step 2, repeat (job.yaml, line 3, column 5)"),
+        ("parts:\n  cube: [1, 2, 3, 4]\nsteps: [home]\n", "parts.cube (job.yaml, line 2, column 3)"),
+        ('{"steps": ["home"],\n "speed": 3}', "speed (job.yaml, line 2, column 2)"),
+        ("steps:\n  - for_each: box\n    do: [home, {plce: x}]\n", "step 1, do.2.plce (job.yaml, line 3, column 17)"),
+        ("steps: [home]\nrepeat: 0\n", "repeat (job.yaml, line 2, column 1)"),
+        ("- home\n", "job"),
+    ],
+)
+def test_error_in_a_file_has_its_place_and_counts_steps_from_one(tmp_path: Path, text: str, where: str) -> None:
+    with pytest.raises(InvalidJob) as caught:
+        load_job(written(tmp_path, text))
+    assert f" at {where}" in str(caught.value)
+
+
+@pytest.mark.parametrize(
     ("text", "reason"),
     [
         ("steps: [home", "line"),

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Hashable
+from collections.abc import Generator, Hashable, Iterator
+from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,7 +15,7 @@ from yaml.constructor import ConstructorError
 from yaml.scanner import ScannerError
 
 from dmc41x3.i18n import phrase
-from maya_un.errors import FileUnreadable
+from maya_un.errors import FileUnreadable, InvalidJob
 
 MOST_BYTES = 250_000
 """Size of the largest file that is read."""
@@ -157,6 +159,57 @@ def read_yaml(text: str) -> Generator[None, None, YamlText | TextMistake]:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         place = TextPlace(1, 1) if mark is None else TextPlace.of(mark)
         return TextMistake(place, getattr(error, "problem", None) or _first_line(error))
+
+
+@contextmanager
+def located(path: Path) -> Iterator[None]:
+    """Add line, column and file to an `InvalidJob` that the block raises about the job in the file at `path`.
+
+    The sentence counts steps from 1, as a person does; the detail `key` stays as it is.
+    """
+    try:
+        yield
+    except InvalidJob as error:
+        key = str(error.details["key"])
+        place = None if error.verbatim else _place(path, key)
+        if place is None:
+            raise
+        where = phrase(
+            "{key} ({file}, line {line}, column {column})",
+            key=_counted(key),
+            file=path.name,
+            line=place.line,
+            column=place.column,
+        )
+        details = {**error.details, "file": path.name, "line": place.line, "column": place.column}
+        raise InvalidJob.rebuilt(details, str(error.copy(key=where))) from error
+
+
+def _place(path: Path, key: str) -> TextPlace | None:
+    """Return the place of a dotted key in a file, None if the file does not have it or cannot be read again."""
+    try:
+        reading = read_yaml(_text(path))
+    except FileUnreadable:
+        return None
+    while True:
+        try:
+            next(reading)
+        except StopIteration as end:
+            found: YamlText | TextMistake = end.value
+            break
+    if isinstance(found, TextMistake) or not isinstance(found.data, dict):
+        return None
+    return found.place(key) if key.partition(".")[0] in found.data else None
+
+
+def _counted(key: str) -> str:
+    """Return a dotted key with steps as a person counts them: "step 3, pick" for steps.2.pick."""
+    first, *rest = key.split(".")
+    if first != "steps" or not rest or not rest[0].isdecimal():
+        return key
+    step = phrase("step {number}", number=int(rest[0]) + 1)
+    inner = ".".join(str(int(part) + 1) if before == "do" else part for before, part in pairwise(rest))
+    return phrase("{step}, {key}", step=step, key=inner) if inner else step
 
 
 class _Replay(_Loader):

@@ -352,11 +352,12 @@ def _known(location: list[str], *, looped: bool) -> tuple[str, ...]:
 def load_job(path: Path) -> Job:
     """Return the job of a file; a job without a name is named after the file.
 
-    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` for its contents.
+    Raises `FileUnreadable` for a file that cannot be read or parsed, `InvalidJob` with the place for its contents.
     """
-    from maya_un.process.spec.documents import read_document  # noqa: PLC0415 - a worker reads no file and loads no yaml
+    from maya_un.process.spec.documents import located, read_document  # noqa: PLC0415 - workers load no yaml
 
-    return Job.parse(_named(read_document(path), path))
+    with located(path):
+        return Job.parse(_named(read_document(path), path))
 
 
 def _named(data: Any, path: Path) -> Any:
