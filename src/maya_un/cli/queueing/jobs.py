@@ -22,6 +22,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import follow, reason
 from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
+from maya_un.process.spec.documents import located
 from maya_un.process.spec.job import load_job
 
 _CHANGEABLE = {"queued", "held", "paused", "interrupted"}
@@ -60,7 +61,7 @@ def submit(file: str, options: QueueingOptions, settings: OutputSettings, *, wai
     client = ServiceClient.find()
     since = client.ask(requests.status())["last_event"]
     body = job.model_dump(mode="json", exclude_none=True, warnings=False)
-    with called(_OPTIONS):
+    with called(_OPTIONS), located(Path(file)):
         accepted = client.ask(requests.submit(body, **options.said()))
     if not wait:
         return output.answer(accepted, _accepted(client, accepted, settings), settings)

@@ -12,20 +12,49 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
+from maya_un.schema.jobs import TaskState
 
 AT_REST = 120.0
 """Longest wait for a change of the queue, which may have to stop the robot first [s]."""
 
 
+LAST = 3
+"""Number of ended jobs, and of failed ones, that are shown below the queue."""
+
+_PAGE = 50
+"""Number of jobs, newest first, among which the last ends are searched."""
+
+_FAILED = (TaskState.FAILED,)
+_ENDED = (TaskState.DONE, TaskState.FAILED, TaskState.CANCELLED)
+
+
 def show(settings: OutputSettings) -> int:
-    """Print the queue: its mode, the driver, the running and waiting jobs, and the choices after a restart."""
+    """Print the queue: its mode, the driver, its jobs, the choices after a restart, and the jobs that ended last."""
     client = ServiceClient.find()
     view = client.ask(requests.queue())
     if settings.json:
         output.emit(view)
-    else:
-        output.say(text.queue(view, client.ask(requests.status()), client.ask(requests.lease()), settings.language))
+        return output.DONE
+    blocks = [
+        text.queue(view, client.ask(requests.status()), client.ask(requests.lease()), settings.language),
+        text.ended(_ended_last(client), settings.language),
+    ]
+    output.say("\n\n".join(block for block in blocks if block))
     return output.DONE
+
+
+def _ended_last(client: ServiceClient) -> list[dict[str, Any]]:
+    """Return the jobs that ended last and the jobs that failed last, by the date of their ends; no direct commands."""
+    found: dict[int, dict[str, Any]] = {}
+    for states in (_ENDED, _FAILED):
+        page = [job for job in client.ask(requests.jobs(state=states, limit=_PAGE)) if not job["direct"]]
+        newest = sorted(page, key=_by_end)[-LAST:]
+        found |= {job["id"]: job for job in newest}
+    return sorted(found.values(), key=_by_end)
+
+
+def _by_end(job: dict[str, Any]) -> tuple[str, int]:
+    return job["ended"], job["id"]
 
 
 def pause(settings: OutputSettings, *, now: bool) -> int:

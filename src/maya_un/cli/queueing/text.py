@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
 from maya_un.cli.waiting import because
 
@@ -188,6 +188,31 @@ def past(jobs: Sequence[Line], language: str) -> str:
         for job in jobs
     ]
     return _table(head, rows, jobs, right=(0, 3, 4, 5))
+
+
+def ended(jobs: Sequence[Line], language: str) -> str:
+    """Return ended jobs, one per line, and the errors of those that failed; "" without jobs."""
+    if not jobs:
+        return ""
+    words = (marked("job"), marked("name"), marked("state"), marked("steps"), marked("took"), marked("ended"))
+    rows = [
+        (
+            str(job["id"]),
+            job["name"],
+            state(job, language),
+            f"{job['done']}/{job['steps']}",
+            duration(job["duration"]),
+            clock_text(job["ended"]),
+        )
+        for job in jobs
+    ]
+    shown = _table([translate(word, language) for word in words], rows, jobs, right=(0, 3, 4))
+    failures = [
+        translate("Job {id} failed: {message}", language, id=job["id"], message=why)
+        for job in jobs
+        if job["state"] == "failed" and (why := translate_phrase(job["message"], language))
+    ]
+    return "\n".join((translate("Ended last:", language), shown, *failures))
 
 
 def state_word(state: str, language: str) -> str:

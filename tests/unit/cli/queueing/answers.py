@@ -71,7 +71,8 @@ class Service:
     """Answers by path; `asked` are the requests in order. An answer that is an int is the status of a refusal."""
 
     def __init__(self, **answers: Any) -> None:
-        self.answers: dict[str, Any] = {"/v1/queue": VIEW, "/v1/status": STATUS, "/v1/lease": LEASE, **answers}
+        empty = {"/v1/queue": VIEW, "/v1/status": STATUS, "/v1/lease": LEASE, "/v1/jobs": []}
+        self.answers: dict[str, Any] = {**empty, **answers}
         self.asked: list[tuple[str, str, Any]] = []
 
     def says(self, method: str, path: str, body: Any) -> tuple[int, object]:

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from maya_un.errors import NotHomed
 from tests.unit.cli.queueing.answers import LINE, OFFER, STATUS, VIEW, Service, printed, running
 
 Serve = Callable[..., Service]
@@ -73,6 +74,21 @@ def test_held_job_shows_no_predicted_end(
 ) -> None:
     serve(**{"/v1/queue": {**VIEW, "counts": counts, "finish_at": "2026-03-01T10:00:00+00:00"}})
     assert said in printed(["queue"], capsys)
+
+
+def test_jobs_that_ended_last_are_shown_with_the_errors_of_those_that_failed(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = {**LINE, "id": 5, "state": "done", "done": 5, "duration": 61.0}
+    failed = {**LINE, "id": 4, "state": "failed", "code": 2103, "message": str(NotHomed()), "duration": 0.0}
+    serve(**{"/v1/jobs": [done, failed]})
+    shown = printed(["queue"], capsys)
+    assert words(shown.partition("Ended last:\n")[2])[1:3] == [
+        ["4", "two", "cubes", "failed", "(2103)", "0/5", "0.0", "s"],
+        ["5", "two", "cubes", "done", "5/5", "1:01", "min"],
+    ]
+    assert shown.splitlines()[-1] == f"Job 4 failed: {NotHomed()}"
+    assert f"El trabajo 4 ha fallado: {NotHomed().text('es')}" in printed(["queue", "--lang", "es"], capsys)
 
 
 def test_json_output_is_the_answer_of_the_service(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
