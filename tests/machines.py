@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, replace
 from math import cos, pi, sin
 from random import Random
+from typing import Any
 
 import numpy as np
 
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
+from maya_un.assembly import machine_of
 from maya_un.config import Config, Units
 from maya_un.config.files import parse
 from maya_un.config.model import AnyZone, BoxConfig, CylinderConfig
 from maya_un.controller.monitor import OFF_SWITCH
+from maya_un.errors import InvalidConfig
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.testing import Rig, rig
@@ -51,17 +54,9 @@ class Machine:
 
         So the strokes of the lines are those configured; the boom's ends short of its switch.
         """
-        geometry, axes, scale = config.geometry, (config.axes.a, config.axes.b, config.axes.c), config.scale
+        geometry, axes = config.geometry, (config.axes.a, config.axes.b, config.axes.c)
         a, b, c = ((axis.minimum, axis.maximum) for axis in axes)
-        truth = TrueConstants(
-            height=geometry.height,
-            length=geometry.length,
-            delta=geometry.delta,
-            gripper_height=geometry.gripper_height,
-            counts_per_degree=scale.pulses_per_degree,
-            counts_per_metre=scale.pulses_per_metre,
-            switches=(a, _beyond(b), _beyond(c)),
-        )
+        truth = replace(machine_of(config), switches=(a, _beyond(b), _beyond(c)))
         turn = a[0], a[1] - OFF_SWITCH[0]
         return cls(
             config,
@@ -154,7 +149,7 @@ def _between(one: Triple, two: Triple, share: float) -> Triple:
 def drawn_machine(rng: Random) -> tuple[Machine, Joints]:
     """Return a machine and a place inside its workspace: the manual's or one of other sizes, with zones or without."""
     while True:
-        keys = {} if rng.random() < 0.4 else _keys(rng)
+        keys = {} if rng.random() < 0.4 else keys_of_machine(rng)
         bare = Machine.of(parse(keys))
         start = bare.drawn_place(rng)
         if start is None:
@@ -166,8 +161,16 @@ def drawn_machine(rng: Random) -> tuple[Machine, Joints]:
             return machine, place
 
 
-def _keys(rng: Random) -> dict[str, object]:
-    """Return the configuration of a machine of other sizes, speeds and limits."""
+def keys_of_machine(rng: Random) -> dict[str, Any]:
+    """Return the configuration of a machine of other sizes, speeds and limits that can be homed."""
+    while True:
+        keys = _drawn_keys(rng)
+        with suppress(InvalidConfig):
+            parse(keys)
+            return keys
+
+
+def _drawn_keys(rng: Random) -> dict[str, Any]:
     width = rng.uniform(1.2, 2.8)
     delta = rng.uniform(0.15, 0.6)
     per_metre, per_degree = 10.0 ** rng.uniform(5.3, 6.3), 10.0 ** rng.uniform(2.2, 3.3)

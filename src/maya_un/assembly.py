@@ -6,18 +6,20 @@ import asyncio
 import random
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager, contextmanager, nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM, meant, split
+from dmc41x3.i18n import phrase
 from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
 from maya_un.controller.protocol import Controller
 from maya_un.controller.registers import Dial
+from maya_un.errors import InvalidConfig
 from maya_un.events import Event, EventLog
 from maya_un.process.journal.protocol import EventRow, Journal
 from maya_un.process.journal.sqlite import SqliteJournal
@@ -117,7 +119,59 @@ class Stack(ProcessAssembly):
     twin: Twin | None
 
 
+def machine_of(config: Config) -> TrueConstants:
+    """Return the constants of a machine that is built as its configuration says.
+
+    A configuration lacks some constants, which are those of Maya: friction (of a line: in loads), the distance from a
+    switch to the hard stop (longer if homing needs more to brake), and the delay (shorter if an axis would lag by more
+    than a quarter of its error limit).
+    """
+    from maya_un.machine.truth import TrueConstants  # noqa: PLC0415
+
+    axes, geometry, scale = (config.axes.a, config.axes.b, config.axes.c), config.geometry, config.scale
+    a, b, c = ((axis.minimum, axis.maximum) for axis in axes)
+    machine = TrueConstants(
+        height=geometry.height,
+        length=geometry.length,
+        delta=geometry.delta,
+        gripper_height=geometry.gripper_height,
+        counts_per_degree=scale.pulses_per_degree,
+        counts_per_metre=scale.pulses_per_metre,
+        switches=(a, b, c),
+        torque_per_load=config.homing.torque_per_load,
+        self_locking=config.safety.self_locking,
+        gripper_output=config.gripper.output,
+        gripper_closes_on=config.gripper.closed_by == "set",
+        letters="".join(axis.letter for axis in axes),
+    )
+    usual, per_unit = TrueConstants(), machine.scale
+
+    pull = machine.torque_per_load / usual.torque_per_load
+
+    def lag(axis: int) -> float:
+        return min(usual.lag[axis], axes[axis].error_limit_counts / (4.0 * axes[axis].speed_counts))
+
+    def gap(axis: int) -> float:
+        speed = axes[axis].speed_counts if axis == 0 else config.homing.speed * per_unit[axis]
+        together = axes[:1] if axis == 0 else axes[1:]  # a switch stops both lines, and the weaker one brakes them
+        deceleration = min(one.limit_deceleration_counts // 1024 * 1024 for one in together)
+        braking = speed * lag(axis) + speed * speed / (2.0 * deceleration)
+        return max(usual.gaps[axis], 1.1 * braking / per_unit[axis])
+
+    def stiffness(axis: int) -> float:
+        return usual.stall_stiffness[axis] * (usual.scale[axis] / per_unit[axis])
+
+    return replace(
+        machine.with_wiring(config.wiring.limit_active_level == 1),
+        friction=(usual.friction[0], pull * usual.friction[1], pull * usual.friction[2]),
+        gaps=(gap(0), gap(1), gap(2)),
+        lag=(lag(0), lag(1), lag(2)),
+        stall_stiffness=(stiffness(0), stiffness(1), stiffness(2)),
+    )
+
+
 def make_twin(
+    config: Config | None = None,
     *,
     seed: int = 0,
     truth: TrueConstants | None = None,
@@ -125,18 +179,22 @@ def make_twin(
     memory: Memory | None = None,
     firmware: str | None = None,
 ) -> Twin:
-    """Return a virtual DMC-4133 with Maya's mechanics, powered up at a place that `seed` draws.
+    """Return a virtual DMC-4133 with the machine of a configuration, powered up at a place that `seed` draws.
 
-    `truth` holds the machine's own constants, `parts` stand on its table (x, y, z of the grasp, m), `memory` is its
-    burned memory, `firmware` the line that it returns to ^R^V.
+    `truth` holds the machine's own constants if they differ from the configuration, `parts` stand on its table (x, y, z
+    of the grasp, m), `memory` is its burned memory, `firmware` the line that it returns to ^R^V.
     """
     from dmc41x3.twin.machine import VirtualDmc  # noqa: PLC0415
     from dmc41x3.twin.wire.server import VirtualController  # noqa: PLC0415
     from maya_un.machine.mechanics import MayaMechanics  # noqa: PLC0415
-    from maya_un.machine.truth import TrueConstants, legal_start  # noqa: PLC0415
+    from maya_un.machine.truth import legal_start  # noqa: PLC0415
 
-    real = truth if truth is not None else TrueConstants()
-    start = legal_start(random.Random(seed), real)
+    real = truth if truth is not None else machine_of(config or Config())
+    try:
+        start = legal_start(random.Random(seed), real)
+    except ValueError as error:
+        reason = phrase("no place of the gripper above the table keeps both lines taut")
+        raise InvalidConfig(key="geometry.height", value=real.height, reason=reason) from error
     mechanics = MayaMechanics(real, start, parts=parts or {})
     machine = VirtualDmc(mechanics, memory=memory, firmware=firmware)
     return Twin(VirtualController(machine, seed=seed), mechanics)
@@ -242,7 +300,7 @@ async def controller_layer(  # noqa: PLR0913 - every option of a controller laye
     `heard` is called with the event log before the first event. `workers` plan the motions, if given.
     """
     address = meant(address, config.controller.address)
-    twin = make_twin(seed=seed, truth=truth, parts=parts) if address == SIM else None
+    twin = make_twin(config, seed=seed, truth=truth, parts=parts) if address == SIM else None
     patient = config if twin is None else _patient(config, speed)
     recorder = _recorder(config, address, speed, twin, seed, recordings) if live else None
     controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live, workers=workers)

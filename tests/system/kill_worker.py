@@ -370,7 +370,7 @@ async def work(folder: Path, seed: int) -> None:
     powered = not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT
     marked = powered and ledger.homed
     ledger.twin = twin = standing(jobs, ledger, powered=powered)
-    assembly.make_twin = lambda **_: twin
+    assembly.make_twin = lambda *_, **__: twin
     if not ledger.lines:
         ledger.write("open", part=None, place=twin.mechanics.gripper_point(), fell=False)
     ledger.write("up" if powered else "power")

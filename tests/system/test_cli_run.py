@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from maya_un.cli.main import main
+from maya_un.errors import NotHomed
 from tests.system.processes import CALM, done, running
 
 pytestmark = pytest.mark.system
@@ -54,6 +55,26 @@ def test_scaled_run_ends_at_the_place_of_the_dry_run(capsys: pytest.CaptureFixtu
     for one, other in zip(dry["steps"][1:], scaled["steps"][1:], strict=True):
         assert one["end_counts"] == pytest.approx(other["end_counts"], abs=1)
     assert dry["parts"]["cube"]["place"] == pytest.approx(scaled["parts"]["cube"]["place"], abs=1e-4)
+
+
+def test_twin_may_differ_from_the_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The robot has wrong constants, and the part stands elsewhere; drawn differences are those of a seed."""
+    (tmp_path / "truth.toml").write_text('[geometry]\nlength = "2310 mm"\n')
+    for truth in ("truth.toml", "drawn"):
+        found = report(f"run job.yaml --dry-run --truth {truth}", capsys)["parts"]["cube"]
+        assert found["commanded"] == [1.1, 0.5, 0.4]
+        assert 1e-3 < found["error"] < 0.05
+    assert report("run job.yaml --dry-run --truth drawn", capsys)["parts"]["cube"] == found
+    assert report("run job.yaml --dry-run --truth drawn --seed 1", capsys)["parts"]["cube"] != found
+
+
+def test_truth_of_a_twin_is_checked_like_a_configuration(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "truth.toml").write_text("[geometry]\nlength = 2310\n")
+    assert main(["run", "job.yaml", "--dry-run", "--truth", "truth.toml"]) == 2
+    said = capsys.readouterr().err
+    assert "geometry.length (truth.toml, line 2) = 2310: no robot reaches 2310 m; for mm write 2310 mm" in said
+    assert main(["run", "job.yaml", "--address", "10.0.0.9", "--truth", "drawn"]) == 2
+    assert "--truth is for the twin" in capsys.readouterr().err
 
 
 def test_the_seed_draws_the_start(capsys: pytest.CaptureFixture[str]) -> None:
@@ -133,7 +154,10 @@ def test_interrupted_command_stops_the_running_robot() -> None:
 
 
 @pytest.mark.waits("about 8 s of homing, a pick and a place at fifty times real speed, through HTTP")
-def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_robot_that_runs_takes_the_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Once it is homed, a dry run begins where it stands."""
+    (tmp_path / "on.yaml").write_text("steps: [{approach: [0.5, 1.1, 0.5]}]")
+    assert report("run on.yaml --dry-run", capsys, code=1)["code"] == NotHomed.code
     with running(f"up --port 0 --speed 50 --table job.yaml {CALM}") as up:
         up.until("Ctrl-C ends")
         found = report("run job.yaml", capsys)
@@ -146,6 +170,8 @@ def test_a_robot_that_runs_takes_the_job(capsys: pytest.CaptureFixture[str]) -> 
         assert (code, text) == (0, "Moved a by 2.00°.\n")
         code, text = done("status")
         assert (code, text.startswith("idle")) == (0, True)
+        [step] = report("run on.yaml --dry-run", capsys)["steps"]
+        assert (step["state"], step["duration"] < 5.0) == ("done", True)
         up.send(signal.SIGTERM)
         assert up.end() == (0, "Ending.\n")
     assert done("status")[0] == 1

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from maya_un.assembly import stack
-from maya_un.config import Config
+from maya_un.config import Config, load
 from maya_un.process.spec.job import load_job
 from maya_un.process.spec.tasks import starting_parts
 from maya_un.values import Point
@@ -20,22 +20,33 @@ TWO_COUNTS = 2e-4
 """Two counts of the boom, far out [m]."""
 
 JOBS = sorted(EXAMPLES.glob("*.yaml"))
+MACHINES = sorted((EXAMPLES / "machines").glob("*.toml"))
+
+
+def job_for(machine: Path) -> Path:
+    """Return the job of a machine: the one of its name, else the first example."""
+    own = machine.with_suffix(".yaml")
+    return own if own.exists() else JOBS[0]
+
+
+CASES = {path.stem: (path, None) for path in JOBS} | {path.stem: (job_for(path), path) for path in MACHINES}
 
 
 @pytest.mark.system
-@pytest.mark.parametrize("path", JOBS, ids=[path.stem for path in JOBS])
-async def test_job_leaves_its_parts_at_the_targets(path: Path) -> None:
-    job, config = load_job(path), Config()
+@pytest.mark.parametrize("name", CASES)
+async def test_job_leaves_its_parts_at_the_targets(name: str) -> None:
+    path, machine = CASES[name]
+    job, config = load_job(path), Config() if machine is None else load(machine)
     parts = starting_parts(job, config.cell.grasp_height)
     async with stack(config, parts=parts, live=False) as maya:
         assert maya.twin is not None
         report = await maya.service.wait((await maya.service.submit(job)).id)
         assert report.state == "done", report.message
         assert report.parts.keys() == parts.keys()
-        for name, commanded in report.parts.items():
+        for part, commanded in report.parts.items():
             assert commanded is not None
-            assert commanded != parts[name]
-            assert dist(maya.twin.mechanics.parts[name], commanded) < TWO_COUNTS
+            assert commanded != parts[part]
+            assert dist(maya.twin.mechanics.parts[part], commanded) < TWO_COUNTS
         assert report.predicted == pytest.approx(sum(step.duration or 0.0 for step in report.steps[1:]), rel=1e-3)
         record = maya.twin.mechanics.record
         assert not record.drops

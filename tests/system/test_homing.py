@@ -14,18 +14,23 @@ from random import Random
 import pytest
 
 from dmc41x3.loops import run_virtual
+from maya_un.assembly import machine_of
 from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, MachineError, NotConnected, Stopped, WiringContradictsCn
-from maya_un.machine.truth import PARTS, StartPose, TrueConstants, legal_start
+from maya_un.machine.truth import PARTS, StartPose, Statics, TrueConstants, legal_start
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
 from tests.campaign import Campaign
+from tests.machines import keys_of_machine
 from tests.virtual_time import elapse
 
 COUNT = 1e-6
 """One count of a line [m]."""
+
+USUAL = TrueConstants()
+"""The manual's machine."""
 
 
 def drawn_config(rng: Random) -> Config:
@@ -48,23 +53,27 @@ def wired(truth: TrueConstants, config: Config) -> TrueConstants:
 
 def assert_within_bounds(rig: Rig, start: StartPose) -> None:
     """Let the mechanics judge the whole time since power-up."""
-    record = rig.mechanics.record
+    record, truth = rig.mechanics.record, rig.mechanics.truth
+    parts = PARTS * min(1.0, Statics.of(truth).top / Statics.of(USUAL).top)
     assert record.stall_time == 0.0, f"stalled for {record.stall_time} s from {start}"
     assert record.peak_tension <= 6.0, f"{record.peak_tension} loads from {start}"
     assert record.peak_slack <= 0.25, f"{record.peak_slack} m slack from {start}"
-    assert record.lowest >= min(PARTS, record.start_height) - COUNT, f"down to {record.lowest} m from {start}"
+    assert record.lowest >= min(parts, record.start_height) - COUNT, f"down to {record.lowest} m from {start}"
 
 
 def assert_homed(rig: Rig, config: Config) -> None:
-    """The robot reports that it is homed, and its counts agree with the true lengths to the datum's margin."""
-    state = rig.controller.state
+    """The robot reports that it is homed, and its counts agree with the true lengths to the datum's margin.
+
+    The margin is 4 counts of axis a and 20 counts of a line.
+    """
+    per_unit, state = rig.mechanics.truth.scale, rig.controller.state
     assert state.homed
     assert state.mode is Mode.IDLE
     assert state.joints is not None
     a, b, c = rig.mechanics.true_joints()
-    assert abs(state.joints.a - a) < 2e-4
-    assert abs(state.joints.b - b) < 2e-5
-    assert abs(state.joints.c - c) < 2e-5
+    assert abs(state.joints.a - a) * per_unit[0] < 4.3
+    assert abs(state.joints.b - b) * per_unit[1] < 20.0
+    assert abs(state.joints.c - c) * per_unit[2] < 20.0
     assert all(abs(x - y) < 1e-3 for x, y in zip(state.joints, homed_pose(config), strict=True))
 
 
@@ -87,6 +96,27 @@ def test_homes_machines_of_unknown_geometry(campaign: Campaign) -> None:
         config = drawn_config(rng)
         truth = wired(TrueConstants.drawn(rng), config)
         run_virtual(_home(truth, legal_start(rng, truth), config))
+
+
+def test_homes_machines_of_other_sizes(campaign: Campaign) -> None:
+    """Size, strokes, scales, speeds, letters of the axes, polarity of the switches: all as in the configuration."""
+    for case in range(campaign.size(ci=8, long=300)):
+        rng = campaign.rng(case)
+        config = other_size(rng)
+        truth = machine_of(config)
+        run_virtual(_home(truth, legal_start(rng, truth), config))
+
+
+def test_machine_of_the_default_configuration_is_that_of_the_manual() -> None:
+    assert machine_of(Config()) == USUAL
+
+
+def other_size(rng: Random) -> Config:
+    """Draw the configuration of a machine of another size, with axes and switches that are wired otherwise."""
+    keys = keys_of_machine(rng)
+    for name, letter in zip("abc", rng.sample("ABC", 3), strict=True):
+        keys["axes"][name]["letter"] = letter
+    return parse({**keys, "wiring": {"limit_active_level": rng.choice((-1, 1))}})
 
 
 def _everything(truth: TrueConstants, config: Config, rng: Random) -> TrueConstants:

@@ -104,7 +104,7 @@ async def operate(folder: Path, minutes: float) -> list[Health]:
     twin = standing({"job": [Carry("part", HERE, THERE)]}, ledger, powered=True)
     store = RecordingStore.of(CONFIG.recorder, folder / "recordings", time.time_ns)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assembly, "make_twin", lambda **_: twin)
+        patch.setattr(assembly, "make_twin", lambda *_, **__: twin)
         patch.setattr(entries, "REMEMBERED", REMEMBERED)
         async with assembly.stack(CONFIG, journal=journal, skip_home=True, recordings=store) as robot:
             await fill(robot)

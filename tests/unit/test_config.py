@@ -213,6 +213,7 @@ def test_an_unknown_key_is_refused_by_name(key: str) -> None:
         ({"geometry": {"gripper_height": 2.35}}, "geometry.gripper_height", "2.35"),
         ({"geometry": {"length": 5.0}}, "axes.b.maximum", "2.26"),
         ({"geometry": {"length": 0.8}}, "axes.b.minimum", "0.575"),
+        ({"geometry": {"length": 2.9}}, "axes.b.minimum", "0.575"),
         ({"axes": {"c": {"minimum": 2.1}}}, "axes.c.minimum", "2.1"),
         ({"axes": {"b": {"minimum": 2.26}}}, "axes.b.minimum", "2.26"),
         ({"cell": {"grasp_height": 2.1}}, "cell.grasp_height", "2.1"),
@@ -319,7 +320,7 @@ def configurations(draw: st.DrawFn) -> Config:
     locking = draw(st.booleans())
     keys: dict[str, Any] = {
         "controller": {"timeout": draw(st.floats(0.0, 60.0, exclude_min=True))},
-        "geometry": {"height": draw(st.floats(1.0, 10.0)), "delta": draw(st.floats(0.2, 0.5))},
+        "geometry": {"height": draw(st.floats(1.9, 10.0)), "delta": draw(st.floats(0.2, 0.5))},
         "scale": {"pulses_per_metre": draw(st.floats(1e4, 1e9))},
         "axes": {
             "a": {"maximum": draw(st.floats(0.5, 2 * pi))},
@@ -460,3 +461,46 @@ def test_other_address_of_a_camera_is_refused(url: str) -> None:
     with pytest.raises(InvalidConfig) as caught:
         parse({"camera": {"url": url}})
     assert caught.value.details["key"] == "camera.url"
+
+
+@pytest.mark.parametrize(
+    ("text", "where"),
+    [
+        ("[geometry]\n# in metres\nheight = 900\n", "geometry.height (machine.toml, line 3)"),
+        ("geometry.height = 900\n", "geometry.height (machine.toml, line 1)"),
+        ("[geometry]\n\n[axes.b]\nminimum = -1\n", "axes.b.minimum (machine.toml, line 4)"),
+        ('[[zones]]\nname = "a"\nkind = "box"\n', "zones.0.low (machine.toml, line 1)"),
+        ("[cell]\nclearence = 0.1\n", "cell.clearence (machine.toml, line 2)"),
+        ("[tower]\nheight = 1\n", "tower (machine.toml, line 1)"),
+        ("[geometry]\nlength = 5.0\n", "axes.b.maximum = 2.26"),
+    ],
+)
+def test_error_in_a_file_has_its_line(tmp_path: Path, text: str, where: str) -> None:
+    """The last one contradicts a key that the file does not have."""
+    file = tmp_path / "machine.toml"
+    file.write_text(text)
+    with pytest.raises(InvalidConfig) as caught:
+        load(file)
+    assert f" at {where}" in str(caught.value)
+    assert where.startswith(str(caught.value.details["key"]))
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "reason"),
+    [
+        ({"geometry": {"height": 1.3}}, "axes.b.maximum", "too long for the height"),
+        ({"geometry": {"length": 1.45}}, "axes.b.maximum", "too long for the height"),
+        ({"axes": {"b": {"minimum": 0.1}}}, "axes.b.minimum", "0.2 or more"),
+        ({"axes": {"b": {"minimum": 1.9}}}, "axes.b.maximum", "a stroke of 0.5 or more"),
+        ({"geometry": {"length": 2.9}}, "axes.b.minimum", "2.925 or more"),
+        ({"homing": {"stroke_tolerance": 0.2}, "axes": {"c": {"maximum": 2.09}}}, "axes.b.minimum", "2.25 or more"),
+        (
+            {"geometry": {"length": 0.6}, "axes": {"b": {"minimum": 0.1}, "c": {"minimum": 0.1}}},
+            *("geometry.length", "0.4 m or more"),
+        ),
+    ],
+)
+def test_machine_that_cannot_be_homed_is_refused(keys: dict[str, Any], key: str, reason: str) -> None:
+    said = refusal(keys)
+    assert said["key"] == key
+    assert reason in str(said["reason"])

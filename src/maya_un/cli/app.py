@@ -16,7 +16,7 @@ from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.completion import commands as completion
 from maya_un.cli.coms import commands as coms
 from maya_un.cli.dmc_tools import commands as dmc
-from maya_un.cli.dmc_tools.commands import Seed, Speed, Table
+from maya_un.cli.dmc_tools.commands import Seed, Speed, Table, Truth
 from maya_un.cli.dmc_tools.site import MAYA
 from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.fleet import commands as fleet
@@ -85,6 +85,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
         ),
     ] = 4133,
     seed: Seed = None,
+    truth: Truth = None,
     table: Table = None,
     skip_home: SkipHome = False,
     take_over: TakeOver = False,
@@ -162,7 +163,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
     options = command.UpOptions(
-        address, speed, port, seed, table, skip_home, journal, finish, remote, endpoint, take_over, coms, show
+        address, speed, port, seed, truth, table, skip_home, journal, finish, remote, endpoint, take_over, coms, show
     )
     return command.up(options, settings_of(context))
 
@@ -191,6 +192,7 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
     ] = False,
     speed: Speed = None,
     seed: Seed = None,
+    truth: Truth = None,
     address: Annotated[str | None, typer.Option(metavar="WHERE", help=_ADDRESSES)] = None,
     skip_home: SkipHome = False,
     take_over: TakeOver = False,
@@ -200,12 +202,12 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
 ) -> int:
     """Carry out a job and report every step.
 
-    The robot that `maya up` runs carries it out. If none runs, or with one of --address, --speed, --seed, --skip-home
-    and --take-over, the command itself connects to the controller or twin at --address (default: sim).
+    The robot that `maya up` runs carries it out. If none runs, or with one of --address, --speed, --seed, --truth,
+    --skip-home and --take-over, the command itself connects to the controller or twin at --address (default: sim).
     """
     from maya_un.cli import run as command
 
-    options = command.RunOptions(dry_run, address, speed, seed, skip_home, plot, take_over)
+    options = command.RunOptions(dry_run, address, speed, seed, truth, skip_home, plot, take_over)
     return command.run(job, options, settings_of(context))
 
 

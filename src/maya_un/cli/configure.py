@@ -15,6 +15,7 @@ from maya_un.errors import FileUnwritable, InvalidCommandLine
 from maya_un.values import Point
 
 if TYPE_CHECKING:
+    from maya_un.machine.truth import TrueConstants
     from maya_un.process.spec.job import Job
 
 
@@ -79,6 +80,28 @@ def require_twin(address: str, command: str, **options: object) -> None:
     if given and address != SIM:
         reason = phrase("--{option} is for the twin, and {address} is a real machine", option=given[0], address=address)
         raise InvalidCommandLine(reason=reason, command=command)
+
+
+DRAWN = "drawn"
+"""The word for a twin whose differences from the configuration are drawn."""
+
+
+def truth_of_twin(truth: str | None, config: Config, seed: int) -> TrueConstants | None:
+    """Return the constants of the twin's machine for --truth, None if it is as configured.
+
+    `truth` is a file with the keys of the configuration that are different on the machine, or the word `drawn`. Raises
+    `FileUnreadable` and `InvalidConfig`.
+    """
+    if truth is None:
+        return None
+    from random import Random
+
+    from maya_un.assembly import machine_of
+    from maya_un.machine.truth import TrueConstants
+
+    if truth == DRAWN:
+        return TrueConstants.built(Random(seed), machine_of(config))
+    return machine_of(load(Path(truth), config))
 
 
 def on_the_table(table: str | None, config: Config, settings: OutputSettings) -> dict[str, Point]:

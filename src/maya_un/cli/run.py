@@ -7,6 +7,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from math import dist
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,7 +20,7 @@ from maya_un.assembly import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places
+from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places, truth_of_twin
 from maya_un.cli.progress import Display, chosen, tell
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.report import as_data, as_text
@@ -27,14 +28,20 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import INTERRUPTION, follow
 from maya_un.client import requests
 from maya_un.config import Config
-from maya_un.errors import InvalidCommandLine, InvalidJob
+from maya_un.errors import InvalidCommandLine, InvalidJob, MayaError
 from maya_un.http.log import keep_quiet
+from maya_un.kinematics.mechanism import Mechanism
+from maya_un.process.spec.documents import located
 from maya_un.process.spec.job import Job, load_job
 from maya_un.schema.encoding import to_data
 from maya_un.schema.jobs import JobReport
+from maya_un.values import Joints
 
 FRAME = 0.1
 """Period of updating the progress of a motion [s, real time]."""
+
+SAME = 1e-4
+"""A robot with the same constants places its gripper so near to where this configuration places it [m]."""
 
 HORIZON = 1e9
 """Longest job of a dry run [s]."""
@@ -47,6 +54,7 @@ class RunOptions(NamedTuple):
     address: str | None = None
     speed: float | None = None
     seed: int | None = None
+    truth: str | None = None
     skip_home: bool = False
     plot: str | None = None
     take_over: bool = False
@@ -54,7 +62,8 @@ class RunOptions(NamedTuple):
     @property
     def own_stack(self) -> bool:
         """Whether the options require a separate stack instead of the running robot."""
-        return self.skip_home or self.take_over or (self.address, self.speed, self.seed) != (None, None, None)
+        of_stack = (self.address, self.speed, self.seed, self.truth)
+        return self.skip_home or self.take_over or any(option is not None for option in of_stack)
 
 
 class RunOutcome(NamedTuple):
@@ -69,19 +78,20 @@ def run(file: str, options: RunOptions, settings: OutputSettings) -> int:
     config = configuration(settings)
     address = target_address(options.address or SIM, config.controller.address)
     factor = clock_factor(options.speed, address)
-    require_twin(address, "maya run", seed=options.seed)
+    require_twin(address, "maya run", seed=options.seed, truth=options.truth)
     if options.plot is not None and not options.dry_run:
         raise InvalidCommandLine(reason="--plot draws a dry run, so it needs --dry-run", command="maya run")
-    job = load_job(Path(file))
-    if options.dry_run:
-        outcome = _dry_run(job, config, address, options, settings)
-    else:
-        client = None if options.own_stack else ServiceClient.running()
-        with chosen(settings) as display:
-            if client is not None:
-                outcome = _by_service(client, job, display, settings)
-            else:
-                outcome = _own_stack(job, config, address, factor, options, display, settings)
+    with located(Path(file)):
+        job = load_job(Path(file))
+        if options.dry_run:
+            outcome = _dry_run(job, config, address, options, settings)
+        else:
+            client = None if options.own_stack else ServiceClient.running()
+            with chosen(settings) as display:
+                if client is not None:
+                    outcome = _by_service(client, job, display, settings)
+                else:
+                    outcome = _own_stack(job, config, address, factor, options, display, settings)
     return _concluded(outcome, settings)
 
 
@@ -96,17 +106,48 @@ def _concluded(outcome: RunOutcome, settings: OutputSettings) -> int:
     return output.concluded(report, settings)
 
 
+class _Standing(NamedTuple):
+    """A homed robot at rest: its joints and whether its gripper is closed."""
+
+    joints: Joints
+    closed: bool
+
+
 def _dry_run(job: Job, config: Config, address: str, options: RunOptions, settings: OutputSettings) -> RunOutcome:
-    """Carry out the job on the twin in virtual time; for a real machine, home the twin before the job."""
+    """Carry out the job on the twin in virtual time.
+
+    If the running robot is homed, the twin begins where it stands. For a real machine, the twin is homed first.
+    """
     if options.plot is not None:
         _require_format(Path(options.plot))
+    like = None if options.own_stack else _standing(config)
     if not settings.json:
         output.say(translate("Dry run on the twin: nothing real moves.", settings.language))
-    performance = _JobRun(job, Display(), settings, home_first=address != SIM or options.skip_home)
-    outcome = run_virtual(performance.perform(config, SIM, options.seed or 0), HORIZON)
+        if like is not None:
+            output.say(translate("The twin begins homed, like the running robot.", settings.language))
+    performance = _JobRun(job, Display(), settings, home_first=address != SIM or options.skip_home, like=like)
+    on_twin = options._replace(skip_home=False, take_over=False)
+    outcome = run_virtual(performance.perform(config, SIM, on_twin), HORIZON)
     if options.plot is not None:
         _draw(job, config, Path(options.plot), settings)
     return outcome
+
+
+def _standing(config: Config) -> _Standing | None:
+    """Return how the running robot stands.
+
+    The result is None if no robot runs, if it is not homed and at rest, if it has other constants than `config`, or if
+    the service does not answer.
+    """
+    with suppress(MayaError):
+        client = ServiceClient.running()
+        state = None if client is None else client.ask(requests.status())["state"]
+        if state is None or not state["homed"] or state["mode"] != "idle":
+            return None
+        joints = Joints(*state["joints"])
+        if dist(Mechanism.of(config).fk(joints), state["point"]) < SAME:
+            return _Standing(joints, state["gripper_closed"])
+    return None
 
 
 def _require_format(path: Path) -> None:
@@ -143,19 +184,16 @@ def _own_stack(
         settings,
         factor=factor,
         pace=FRAME * factor,
-        skip_home=options.skip_home,
-        take_over=options.take_over,
     )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(factor)) if address == SIM else None
-    return run_loop(performance.perform(config, address, options.seed or 0), clock)
+    return run_loop(performance.perform(config, address, options), clock)
 
 
 class _JobRun:
     """One job on a separate stack.
 
-    `pace` is the period of updating the progress [s, of the stack's clock], None for no updates. `skip_home` uses the
-    homing stored in the controller; `take_over` takes the controller from another program that owns it; `home_first`
-    homes before the job.
+    `pace` is the period of updating the progress [s, of the stack's clock], None for no updates. `home_first` homes
+    before the job; with `like` the robot then also stands like another one.
     """
 
     def __init__(
@@ -167,37 +205,41 @@ class _JobRun:
         factor: float = 1.0,
         pace: float | None = None,
         home_first: bool = False,
-        skip_home: bool = False,
-        take_over: bool = False,
+        like: _Standing | None = None,
     ) -> None:
         self._job = job
         self._factor = factor
         self._display = display
         self._settings = settings
         self._pace = pace
-        self._home_first = home_first
-        self._skip_home = skip_home
-        self._take_over = take_over
+        self._home_first = home_first or like is not None
+        self._like = like
         self._ending = False
 
-    async def perform(self, config: Config, address: str, seed: int) -> RunOutcome:
+    async def perform(self, config: Config, address: str, options: RunOptions) -> RunOutcome:
         """Carry out the job and return its report."""
         keep_quiet(asyncio.get_running_loop())
+        seed = options.seed or 0
         parts = parts_of(self._job, config, self._settings)
         async with stack(
             config,
             address,
             seed=seed,
             parts=parts,
+            truth=truth_of_twin(options.truth, config, seed),
             live=self._pace is not None,
-            skip_home=self._skip_home,
-            take_over=self._take_over,
+            skip_home=options.skip_home,
+            take_over=options.take_over,
             speed=self._factor,
             places=taught_places(self._settings),
             recordings=store(config.recorder),
         ) as robot:
             if self._home_first:
                 await robot.controller.home()
+            if self._like is not None:
+                with suppress(MayaError):  # a place that cannot be reached straight: the homed pose will do
+                    await robot.controller.move(self._like.joints)
+                await robot.controller.gripper(not self._like.closed)
             accepted = await robot.service.submit(self._job)
             report, interrupted = await self._watched(robot, accepted.id)
             places = None if robot.twin is None else robot.twin.mechanics.parts

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import tomllib
 from collections.abc import Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
@@ -16,45 +17,85 @@ from pydantic.fields import FieldInfo
 
 from dmc41x3.files import sync_folder, writable_place
 from dmc41x3.i18n import phrase
-from maya_un.config.model import KINDS, Config, Flaw, flaws
+from maya_un.config.base import Flaw, flaws
+from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
 
 
-def load(path: Path | None = None) -> Config:
-    """Return the configuration of `path`, merged over the manual's defaults.
+def load(path: Path | None = None, base: Config | None = None) -> Config:
+    """Return the configuration of `path`, merged over `base`, by default the manual's values.
 
     Without `path` the default file is read, and a missing one means the defaults. A file named by `path` or by
     $MAYA_CONFIG must exist. Raises `FileUnreadable` (also for broken TOML) and `InvalidConfig` with key, value and
     reason.
     """
     named = path is not None or bool(os.environ.get("MAYA_CONFIG"))
-    return parse(_read(default_path() if path is None else path, missing_is_empty=not named))
-
-
-def _read(place: Path, *, missing_is_empty: bool) -> dict[str, Any]:
+    place = default_path() if path is None else path
+    text = _read(place, missing_is_empty=not named)
     try:
-        return tomllib.loads(place.read_text(encoding="utf-8"))
+        return parse(_keys(text, place), base)
+    except InvalidConfig as error:
+        key = str(error.details["key"])
+        line = _line_of(text, key)
+        if not line:
+            raise
+        where = phrase("{key} ({file}, line {line})", key=key, file=place.name, line=line)
+        details = {**error.details, "file": place.name, "line": line}
+        raise InvalidConfig.rebuilt(details, str(error.copy(key=where))) from error
+
+
+def _line_of(text: str, key: str) -> int:
+    """Return the line of a dotted key in TOML, from 1, or of the nearest part around it; 0 without any."""
+    section, tables, nearest, found = "", 0, "", 0
+    for number, line in enumerate(text.splitlines(), 1):
+        header = _HEADER.match(line)
+        if header is None:
+            name = line.partition("=")[0].strip()
+            at = f"{section}.{name}" if section else name
+        else:
+            brackets, at = header.groups()
+            if brackets == "[[":
+                at, tables = f"{at}.{tables}", tables + 1
+            section = at
+        if len(at) > len(nearest) and f"{key}.".startswith(f"{at}."):
+            nearest, found = at, number
+    return found
+
+
+_HEADER = re.compile(r"\s*(\[\[?)\s*([^\]\s]+)\s*\]+\s*(?:#.*)?$")
+
+
+def _read(place: Path, *, missing_is_empty: bool) -> str:
+    try:
+        return place.read_text(encoding="utf-8")
     except OSError as error:
         if missing_is_empty and isinstance(error, FileNotFoundError):
-            return {}
+            return ""
         raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
-    except (ValueError, RecursionError) as error:  # broken TOML, broken UTF-8, numbers and nesting beyond all bounds
+    except ValueError as error:
         raise FileUnreadable(path=place, reason=phrase("it is not TOML: {error}", error=error)) from error
 
 
-def parse(keys: dict[str, Any]) -> Config:
-    """Return the configuration for nested keys merged over the defaults; raises `InvalidConfig`."""
-    config, found = checked(keys)
+def _keys(text: str, place: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # broken TOML, numbers and nesting beyond all bounds
+        raise FileUnreadable(path=place, reason=phrase("it is not TOML: {error}", error=error)) from error
+
+
+def parse(keys: dict[str, Any], base: Config | None = None) -> Config:
+    """Return the configuration for nested keys merged over `base` (the defaults); raises `InvalidConfig`."""
+    config, found = checked(keys, base)
     if config is None:
         raise InvalidConfig(key=found[0].key, value=shown(found[0].value), reason=found[0].reason)
     return config
 
 
-def checked(keys: dict[str, Any]) -> tuple[Config | None, list[Flaw]]:
-    """Return the configuration for nested keys merged over the defaults, or None and all of its flaws."""
+def checked(keys: dict[str, Any], base: Config | None = None) -> tuple[Config | None, list[Flaw]]:
+    """Return the configuration for nested keys merged over `base` (the defaults), or None and all of its flaws."""
     try:
-        return Config.model_validate(_overlay(Config().model_dump(exclude_none=True), keys)), []
+        return Config.model_validate(_overlay((base or Config()).model_dump(exclude_none=True), keys)), []
     except ValidationError as error:
         return None, flaws(error, tuple(KINDS))
 

@@ -2,109 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import hypot, pi
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
     Field,
     TypeAdapter,
     ValidationError,
     model_validator,
 )
-from pydantic_core import ErrorDetails
 
 from dmc41x3.address import split
 from dmc41x3.i18n import phrase
 from maya_un import manual
-from maya_un.errors import InvalidRequest, InvalidValue
+from maya_un.config.base import LENGTH, STROKE_END, ConfigSection, Contradiction, Metres, flaw
+from maya_un.errors import InvalidRequest
 from maya_un.namespace import robot_name
-from maya_un.quantities import angle_in, is_angle, length_in
-from maya_un.validation import reason_of
-
-
-def _in_si(value: object, read: Callable[[object, str], float]) -> object:
-    """Return a number or a text with a unit in SI, and anything else as it is, for pydantic to refuse."""
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        return value
-    try:
-        return read(value, "it")
-    except InvalidValue as error:
-        raise ValueError(str(error.details["reason"])) from error
-
-
-def _length(value: object) -> object:
-    return _in_si(value, length_in)
-
-
-def _stroke(value: object) -> object:
-    """Return the end of a stroke: it is an angle for axis a, and a length for b and c."""
-    if not isinstance(value, str):
-        return value
-    return _in_si(value, angle_in if is_angle(value) else length_in)
-
-
-Metres = Annotated[float, Field(gt=0.0, le=10.0), BeforeValidator(_length)]
-"""A length: a number [m] or a text like "500 mm"."""
-
-
-class Contradiction(ValueError):
-    """A value that contradicts another one: the `key` within its section, its `value`, and the reason."""
-
-    def __init__(self, key: str, value: object, reason: str) -> None:
-        super().__init__(reason)
-        self.key = key
-        self.value = value
-
-
-class ConfigSection(BaseModel):
-    """A part of the configuration: immutable, no unknown keys, no conversions, finite numbers."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
-
-
-class Flaw(NamedTuple):
-    """An error of a validation: the dotted `key`, its `value`, and the reason."""
-
-    key: str
-    value: Any
-    reason: str
-
-
-def flaw(error: ValidationError, tags: tuple[str, ...] = ()) -> Flaw:
-    """Return the first flaw of a validation; `tags`, which name kinds of a section, are not part of the key."""
-    return _flaw(error.errors(include_url=False)[0], tags)
-
-
-def flaws(error: ValidationError, tags: tuple[str, ...] = ()) -> list[Flaw]:
-    """Return all flaws of a validation, as `flaw` does."""
-    return [_flaw(one, tags) for one in error.errors(include_url=False)]
-
-
-def _flaw(first: ErrorDetails, tags: tuple[str, ...]) -> Flaw:
-    place, value, context = [part for part in first["loc"] if part not in tags], first["input"], first.get("ctx", {})
-    cause = context.get("error")
-    if isinstance(cause, Contradiction):
-        place, value = [*place, cause.key], cause.value
-    if first["type"] in _UNKNOWN_KIND:
-        place, value = [*place, "kind"], context.get("tag")
-        reason = phrase("it must be one of {choices}", choices=", ".join(tags))
-    else:
-        reason = reason_of(first)
-    return Flaw(".".join(str(part) for part in place), value, reason)
-
-
-_UNKNOWN_KIND = {"union_tag_invalid", "union_tag_not_found"}
-
 
 MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""
 
-Coordinate = Annotated[float, Field(ge=-10.0, le=10.0), BeforeValidator(_length)]
+Coordinate = Annotated[float, Field(ge=-10.0, le=10.0), LENGTH]
 """A coordinate in the base frame: a number [m] or a text like "500 mm"."""
 
 Place = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
@@ -116,7 +36,7 @@ Name = Annotated[
 Margin = Annotated[
     float,
     Field(ge=0.0, le=1.0, description="clearance around the zone for gripper and part [m]"),
-    BeforeValidator(_length),
+    LENGTH,
 ]
 Lines = Annotated[bool, Field(description="keep the two lines out too, not only the gripper")]
 
@@ -330,12 +250,8 @@ class AxisConfig(ConfigSection):
     """One axis: its letter on the controller, its stroke, its registers."""
 
     letter: Annotated[Letter, Field(description="letter of the axis on the controller")]
-    minimum: Annotated[
-        float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad or m]"), BeforeValidator(_stroke)
-    ]
-    maximum: Annotated[
-        float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad or m]"), BeforeValidator(_stroke)
-    ]
+    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad or m]"), STROKE_END]
+    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad or m]"), STROKE_END]
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
     acceleration_counts: Annotated[Register, Field(ge=1024, description="AC, acceleration [counts/s2]")]
     deceleration_counts: Annotated[Register, Field(ge=1024, description="DC, deceleration [counts/s2]")]
@@ -500,6 +416,22 @@ class CellConfig(ConfigSection):
     smooth: Annotated[bool, Field(description="true: pass the points above pick and place without a stop")] = True
 
 
+NARROWEST = 0.4
+"""Least distance of the anchors, W [m]."""
+
+SHORTEST, STROKE = 0.1, 0.25
+"""Least length and least stroke of a line, as shares of W."""
+
+DEPTH = 0.35
+"""Least way of the gripper down to cell.grasp_height, as a share of W."""
+
+MOST_SLACK = 0.2
+"""A line may be slack by this at its long end during homing [m]."""
+
+ROOM = 0.125
+"""With one line at its short end and the other at its long one, b + c exceeds W by at least this share of W."""
+
+
 class Config(ConfigSection):
     """All constants of one machine. Immutable; the defaults are the manual's."""
 
@@ -537,6 +469,15 @@ class Config(ConfigSection):
                 raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
         return self
 
+    @property
+    def deepest(self) -> float:
+        """The distance of the gripper at cell.grasp_height from its height with straight lines [m]."""
+        return self.geometry.height - self.geometry.gripper_height - self.cell.grasp_height
+
+    def longest(self, line: AxisConfig) -> float:
+        """Return the greatest length at which the long switch of a line may trip [m]."""
+        return line.maximum * (1.0 + self.homing.stroke_tolerance)
+
     @model_validator(mode="after")
     def _cell_below_anchors(self) -> Self:
         grasp, highest = self.cell.grasp_height, self.geometry.height - self.geometry.gripper_height
@@ -545,6 +486,41 @@ class Config(ConfigSection):
                 "with the clearance it must stay below {highest:g}, where the lines are straight", highest=highest
             )
             raise Contradiction("cell.grasp_height", grasp, reason)
+        return self
+
+    @model_validator(mode="after")
+    def _can_home(self) -> Self:
+        """Require what homing needs: docs/explanation/homing.md derives each condition."""
+        width, shortest = self.geometry.width, 1.0 - self.homing.stroke_tolerance
+        if width < NARROWEST:
+            reason = phrase("length - delta must be {least:g} m or more for homing", least=NARROWEST)
+            raise Contradiction("geometry.length", self.geometry.length, reason)
+        for name, line, other in (("b", self.axes.b, self.axes.c), ("c", self.axes.c, self.axes.b)):
+            if line.minimum < SHORTEST * width:
+                reason = phrase("homing needs {least:g} or more, a tenth of length - delta", least=SHORTEST * width)
+                raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
+            if line.maximum - line.minimum < STROKE * width:
+                reason = phrase("homing needs a stroke of {least:g} or more", least=STROKE * width)
+                raise Contradiction(f"axes.{name}.maximum", line.maximum, reason)
+            if line.minimum + other.maximum * shortest < width * (1.0 + ROOM):
+                reason = phrase(
+                    "with the maximum of the other line it must be {least:g} or more: otherwise both lines are "
+                    "straight before this one is at its short end",
+                    least=width * (1.0 + ROOM),
+                )
+                raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
+            beside = min(self.deepest, other.maximum - 0.025 * width)
+            if self.longest(line) - MOST_SLACK > hypot(width, beside):
+                reason = phrase(
+                    "it is too long for the height: at its long end, this line is slack or the gripper is below "
+                    "cell.grasp_height"
+                )
+                raise Contradiction(f"axes.{name}.maximum", line.maximum, reason)
+        if self.deepest < DEPTH * width:
+            reason = phrase(
+                "homing needs {least:g} m between the gripper at the anchors and cell.grasp_height", least=DEPTH * width
+            )
+            raise Contradiction("geometry.height", self.geometry.height, reason)
         return self
 
     @model_validator(mode="after")

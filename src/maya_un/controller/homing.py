@@ -19,11 +19,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import sqrt
+from math import hypot, sqrt
 
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
+from maya_un.config.model import MOST_SLACK
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.values import AXES, Joints
@@ -36,11 +37,11 @@ ENOUGH = 2.0
 LEAST = 0.35
 """Least load [loads]: the tighter of two lines carries at least 0.5; less means a wrong torque constant."""
 
-PROBE = 0.0004
-"""First step of the raise [m]: it takes two lines from the tightest legal start (5 loads) to 5.3."""
+PROBE = 0.0002
+"""First step of the raise, as a share of W: it takes two lines from the tightest legal start (5 loads) to 5.3."""
 
-PROBE_SPEED = 0.0005
-"""Speed of the first step [m/s]: it lasts long enough to read its torque at any latency."""
+PROBE_TIME = 0.8
+"""Duration of the first step [s]: long enough to read its torque at any latency."""
 
 RELAX = 0.015
 """After the raise both lines lengthen by this [m], so that the ellipse starts well below the limit."""
@@ -63,10 +64,37 @@ class HomingResult:
     c_end: float
 
 
+INSIDE = 0.025
+"""Least distance of a line from the ends of its stroke at the places of homing, as a share of W."""
+
+OFF_END = 0.075
+"""A line leaves its long end by this share of W before the other one shortens alone."""
+
+PAST = (0.05, 0.02, 0.02)
+"""Longest braking distance behind a switch (rad, m, m); the switch must release within `RELEASE_WITHIN`."""
+
+LOW = 1.2
+"""At the homed pose b + c is at least this times W: no line carries more than 0.91 loads there."""
+
+SLACK = 0.25
+"""A line may be slack by this [m] while the lines move along the ellipse."""
+
+
 def homed_pose(config: Config) -> Joints:
     """Return the pose after homing (rad, m, m): off every switch, high, well inside the workspace."""
     width = config.geometry.width
-    return Joints(config.axes.a.minimum + 0.035, 0.75 * width, 0.65 * width)
+    share_b, share_c = (0.75, 0.65) if config.deepest > 0.5 * width else (0.65, 0.55)
+    b, c = _inside(config, B, share_b * width), _inside(config, C, share_c * width)
+    c = _inside(config, C, max(c, LOW * width - b))
+    b = _inside(config, B, max(b, LOW * width - c))
+    return Joints(config.axes.a.minimum + 0.035, b, c)
+
+
+def _inside(config: Config, axis: int, length: float) -> float:
+    """Return the length of a line, inside of its stroke, that is nearest to `length` [m]."""
+    ends = config.axes[axis]
+    inside = min(INSIDE * config.geometry.width, 0.25 * (ends.maximum - ends.minimum))
+    return min(max(length, ends.minimum + inside), ends.maximum - inside)
 
 
 class HomingRun:
@@ -80,7 +108,7 @@ class HomingRun:
         self._config = config
         self._units = units
         self._phase = phase
-        self._speed = config.homing.speed
+        self._speed = min(config.homing.speed, self._braked(B), self._braked(C))
         self._sag = 1.0 / config.homing.torque_per_load
 
     async def run(self) -> HomingResult:
@@ -90,7 +118,7 @@ class HomingRun:
         motion.
         """
         look = await self._seek.survey()
-        if look.reverse[B] and look.reverse[C]:
+        if look.reverse[B] and look.reverse[C] and self._shortest(B) + self._shortest(C) < self._width:
             liar = await self._liar()
             raise self._seek.contradiction(liar, REVERSE, phrase("lines b and c cannot both be at their short ends"))
         try:
@@ -123,9 +151,9 @@ class HomingRun:
         await self._to_short_b()
         await self._datum(B, 0.1)
         self._phase("stroke_c")
-        c_end = await self._long_end(C, B, other_length=0.65 * self._width)
+        c_end = await self._long_end(C, B, other_length=self._beside_long_end(C, 0.65))
         self._phase("stroke_b")
-        b_end = await self._long_end(B, C, other_length=0.60 * self._width)
+        b_end = await self._long_end(B, C, other_length=self._beside_long_end(B, 0.60))
         self._phase("pose")
         await self._to_pose()
         return HomingResult(b_end=b_end, c_end=c_end)
@@ -133,6 +161,35 @@ class HomingRun:
     @property
     def _width(self) -> float:
         return self._config.geometry.width
+
+    def _shortest(self, axis: int) -> float:
+        """Return the length of a line at its short end [m]."""
+        return self._config.axes[axis].minimum
+
+    def _longest(self, axis: int) -> float:
+        """Return the greatest length at which the long switch of a line may trip [m]."""
+        return self._config.longest(self._config.axes[axis])
+
+    def _beside_long_end(self, axis: int, share: float) -> float:
+        """Return a length of the other line with which `axis` may go to its long end [m], `share` of W if that will do.
+
+        A line of length l is taut as long as l <= sqrt(W² + m²), where m is the length of the other one. The gripper
+        hangs at most m below the anchors then. If that is too low, m is shorter, and `axis` gets slack at its end.
+        """
+        longest = self._longest(axis)
+        wanted = max(share * self._width, self._taut_with(longest) + 0.005)
+        least = self._taut_with(longest - MOST_SLACK)
+        return _inside(self._config, B + C - axis, max(least, min(wanted, self._config.deepest)))
+
+    def _taut_with(self, length: float) -> float:
+        """Return the least length of a line with which the other one is taut at `length` [m]."""
+        return sqrt(max(0.0, length * length - self._width * self._width))
+
+    def _beside_short_b(self) -> float:
+        """Return a length of c with which b stays taut to its short end, and b + c well above W [m]."""
+        width, shortest = self._width, self._shortest(B)
+        taut = hypot(width, shortest) - 0.02 * width
+        return _inside(self._config, C, min(max(0.95 * width, (1.0 + OFF_END) * width - shortest), taut))
 
     def _angle_stroke(self) -> float:
         axis = self._config.axes.a
@@ -143,13 +200,17 @@ class HomingRun:
         return (ends.maximum - ends.minimum) * (1.0 + self._config.homing.stroke_tolerance) + 0.1
 
     async def _raise(self) -> None:
-        """Shorten both lines until the torque shows that they are nearly straight, or a line is at its short end."""
+        """Shorten both lines until the torque shows that they are nearly straight, or a line is at its short end.
+
+        If a line could become too slack later, or the gripper too low, the other line then shortens alone until both
+        are nearly straight.
+        """
         load, look = await self._probe()
         if 0.0 < load < LEAST and not (look.reverse[B] or look.reverse[C]):
             reason = phrase("the torque read is too small for a hanging load, see homing.torque_per_load")
             raise HomingStalled(axis=AXES[B], reason=reason)
-        while load < ENOUGH and not (look.reverse[B] or look.reverse[C]):
-            step = _safe_step(load)
+        while load < ENOUGH and not self._raised(look):
+            step = self._safe_step(load, look)
             load, look = await self._shorten(step, self._speed, poll=0.05)
             if load == 0.0:
                 load, look = await self._probe()
@@ -160,18 +221,37 @@ class HomingRun:
                 raise self._seek.contradiction(axis, FORWARD, phrase("a line at its long end cannot be that tight"))
         await self._seek.go({B: RELAX, C: RELAX}, self._speed)
 
+    def _raised(self, look: AxesReading) -> bool:
+        """Return whether the lines are short enough although no torque shows that they are nearly straight."""
+        slack = self._longest(B) - hypot(self._width, self._shortest(C))
+        longest = max(self._shortest(B) + self._longest(C), self._shortest(C) + self._longest(B))
+        deepest = 0.5 * self._taut_with(longest)  # of the gripper, in the middle of the ellipse
+        ends = [look.reverse[axis] for axis in (B, C)]
+        return all(ends) if slack > SLACK or deepest > self._config.deepest else any(ends)
+
+    def _safe_step(self, load: float, look: AxesReading) -> float:
+        """Return how far lines may be shortened [m] when the tighter moving line carries `load` (in loads).
+
+        Of a line at its short end no torque is read. While the other one carries less than 0.55 loads, b + c - W is at
+        least 0.52 times the length of the short line.
+        """
+        short = [self._shortest(axis) for axis in (B, C) if look.reverse[axis]]
+        return min([_safe_step(load, self._width), *(0.1 * length for length in short)])
+
     async def _probe(self) -> tuple[float, AxesReading]:
         """Return the load on the tighter line [loads] and the reading after a tiny step.
 
         If no load was read, step back and retry.
         """
         look = await self._seek.look()
+        step = round(PROBE * self._width, 6)
+        speed = step / PROBE_TIME
         for attempt in range(6):
-            load, look = await self._shorten(PROBE, PROBE_SPEED / 2**attempt, poll=0.02)
+            load, look = await self._shorten(step, speed / 2**attempt, poll=0.02)
             if load > 0.0 or look.reverse[B] or look.reverse[C]:
                 return load, look
-            back = {axis: PROBE for axis in (B, C) if not look.forward[axis]}  # a line at its long end is not tight
-            await self._seek.go(back, PROBE_SPEED)
+            back = {axis: step for axis in (B, C) if not look.forward[axis]}  # a line at its long end is not tight
+            await self._seek.go(back, speed)
         raise HomingStalled(axis=AXES[B], reason="its torque could not be read on the way: the link is too slow")
 
     async def _shorten(self, step: float, speed: float, poll: float) -> tuple[float, AxesReading]:
@@ -198,16 +278,16 @@ class HomingRun:
         if not look.forward[B]:
             stroke = self._stroke(C)
             if look.reverse[B]:  # b's length is known then; at both ends at once, b would be slack by 0.26 m
-                stroke = min(stroke, self._config.axes.b.maximum - self._config.axes.b.minimum - 0.1)
+                stroke = min(stroke, self._config.axes.b.maximum - self._shortest(B) - 0.05 * self._width)
             look = await self._seek.go({C: -stroke, B: stroke}, self._speed)
         if not look.met(C, REVERSE):
-            await self._seek.go({B: -0.15}, self._speed)
+            await self._seek.go({B: -OFF_END * self._width}, self._speed)
             await self._reach(C, REVERSE, -self._stroke(C))
 
     async def _to_short_b(self) -> None:
         """Move back along the ellipse to a length of c that keeps b taut to its short end, then move b alone."""
         look = await self._seek.look()
-        away = 0.95 * self._width - self._length(C, look)
+        away = self._beside_short_b() - self._length(C, look)
         if not look.reverse[B]:
             look = await self._seek.go({C: away, B: -away}, self._speed)
         if not look.met(B, REVERSE):
@@ -217,8 +297,7 @@ class HomingRun:
         """Move at most `distance` (rad or m) to a switch, and return the reading there; raises `SwitchNotFound`."""
         look = await self._seek.look()
         if not look.at(axis, side):
-            speed = self._speed if axis != A else self._config.axes.a.speed_counts / self._units.per_unit[A]
-            look = await self._seek.go({axis: distance}, speed)
+            look = await self._seek.go({axis: distance}, self._speed if axis != A else self._slew())
         if not look.met(axis, side):
             raise SwitchNotFound(axis=AXES[axis], side=side, distance=_shown(axis, abs(distance)))
         return look
@@ -258,6 +337,15 @@ class HomingRun:
             return self._config.axes.a.speed_counts / 20 / self._units.per_unit[A]
         return self._config.homing.slow_speed
 
+    def _slew(self) -> float:
+        """Return the speed of the boom [rad/s]: its slew, or less if it would come to rest too far behind a switch."""
+        return min(self._config.axes.a.speed_counts / self._units.per_unit[A], self._braked(A))
+
+    def _braked(self, axis: int) -> float:
+        """Return the speed from which an axis brakes within `PAST` behind a switch (rad/s or m/s)."""
+        deceleration = self._config.axes[axis].limit_deceleration_counts // 1024 * 1024 / self._units.per_unit[axis]
+        return sqrt(2.0 * PAST[axis] * deceleration)
+
     def _stopping(self, axis: int, speed: float) -> float:
         """Return the way from a switch to rest [counts] when it ends a move at `speed`: v²/2a, a of the plane."""
         v = int(speed * self._units.per_unit[axis]) // 2 * 2
@@ -271,8 +359,7 @@ class HomingRun:
 
         Raises `StrokeDiffers` if this is not the configured stroke.
         """
-        look = await self._seek.look()
-        await self._seek.go({other: other_length - self._length(other, look)}, self._speed)
+        await self._make_room(axis, other, other_length)
         look = await self._reach(axis, FORWARD, self._stroke(axis))
         measured = self._length(axis, look) - self._stopping(axis, self._speed) / self._units.per_unit[axis]
         wanted = self._config.axes[axis].maximum
@@ -281,12 +368,27 @@ class HomingRun:
         await self._seek.go({axis: -BACK[axis]}, self._speed)
         return measured
 
+    async def _make_room(self, axis: int, other: int, other_length: float) -> None:
+        """Bring the `other` line to a length [m], with `axis` as long as both lines need to be taut and not tight.
+
+        The other line shortens first, alone, because that raises the gripper.
+        """
+        look = await self._seek.look()
+        least = max(self._taut_with(other_length) + 0.02 * self._width, LOW * self._width - other_length)
+        longer = max(0.0, least - self._length(axis, look))
+        first = max(other_length, LOW * self._width - self._length(axis, look)) if longer else other_length
+        look = await self._seek.go({other: first - self._length(other, look)}, self._speed)
+        if longer:
+            await self._seek.go({other: other_length - self._length(other, look), axis: longer}, self._speed)
+
     async def _to_pose(self) -> None:
         look = await self._seek.look()
         pose = homed_pose(self._config)
+        if self._config.deepest < 0.65 * self._width:  # b first, alone, because that raises the gripper
+            least = LOW * self._width - self._length(C, look)
+            look = await self._seek.go({B: max(pose.b, least) - self._length(B, look)}, self._speed)
         await self._seek.go({axis: pose[axis] - self._length(axis, look) for axis in (B, C)}, self._speed)
-        slew = self._config.axes.a.speed_counts / self._units.per_unit[A]
-        await self._seek.go({A: pose.a - self._length(A, look)}, slew)
+        await self._seek.go({A: pose.a - self._length(A, look)}, self._slew())
 
     async def _explain(self, stall: Stall) -> MayaError:
         """Return the error of a stall; if no active switch explains it, back off both ways to test the switches.
@@ -307,17 +409,17 @@ class HomingRun:
         return error
 
 
-def _safe_step(load: float) -> float:
+def _safe_step(load: float, width: float) -> float:
     """Return how far both lines may be shortened [m] when the tighter line carries `load` (in loads).
 
     In the middle of the ellipse T = A / (2 sqrt(A² - 1)) with A = (b + c) / W, so the load gives the remaining b + c -
     W; an eighth of it for each line leaves three quarters. Friction only makes the load look larger, hence the step
-    smaller. W cancels to first order; 2 m is the manual's value.
+    smaller. `width` is W [m].
     """
     if load < 0.55:
-        return 0.2
+        return 0.1 * width
     ratio = sqrt(4.0 * load * load / (4.0 * load * load - 1.0))
-    return min(0.2, 0.125 * 2.0 * (ratio - 1.0))
+    return min(0.1, 0.125 * (ratio - 1.0)) * width
 
 
 def _shown(axis: int, value: float) -> str:

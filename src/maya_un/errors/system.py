@@ -13,7 +13,7 @@ class InvalidConfig(
 ):
     """A configuration key is unknown, out of range or contradicts another."""
 
-    key: str
+    key: str | Phrase
     value: object | Phrase
     reason: Phrase
 

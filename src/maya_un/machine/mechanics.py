@@ -55,7 +55,8 @@ class _Outlook(NamedTuple):
 class MayaMechanics:
     """Maya's body, a `Plant`. `truth` has its constants, `start` its pose at power-up, `parts` the parts on the table.
 
-    Parts are named and placed by their grasp points (x, y, z) [m]. With `trace` the record stores samples.
+    A `Plant` has the axes of the controller, A to C; the constants say which of them drive a, b and c. Parts are named
+    and placed by their grasp points (x, y, z) [m]. With `trace` the record stores samples.
     """
 
     def __init__(
@@ -70,7 +71,8 @@ class MayaMechanics:
         self._start = start or StartPose()
         self._statics = Statics.of(self._truth)
         self._drives = tuple(AxisDrive(self._truth, axis, self._start[axis]) for axis in range(3))
-        self._timelines = tuple(drive.timeline for drive in self._drives)
+        self._own = tuple(self._truth.letters.index(letter) for letter in "ABC")
+        self._timelines = tuple(self._drives[own].timeline for own in self._own)
         self._shortest = (self._truth.width - self._start.b - self._start.c) * self._truth.counts_per_metre
         self._now = self._written = 0.0
         self._epoch = 0
@@ -172,11 +174,13 @@ class MayaMechanics:
 
     def position(self, axis: int) -> float:
         """Return the motor position of the encoder [counts]: the actual one, unless the encoder has failed."""
-        return self._sensing.position(axis, self._drives[axis].position)
+        own = self._own[axis]
+        return self._sensing.position(own, self._drives[own].position)
 
     def velocity(self, axis: int) -> float:
         """Return the actual velocity [counts/s]."""
-        return self._sensing.velocity(axis, self._drives[axis].velocity)
+        own = self._own[axis]
+        return self._sensing.velocity(own, self._drives[own].velocity)
 
     def torque(self, axis: int) -> float:
         """Return the motor command [V], within ±9.9982, positive toward a longer line or a larger angle.
@@ -185,45 +189,48 @@ class MayaMechanics:
         lengthening, and applies nothing at rest; with another drum the load always pulls. A blocked axis pushes harder
         by its following error, and so does an axis whose encoder has stopped counting.
         """
-        drive = self._drives[axis]
+        own = self._own[axis]
+        drive = self._drives[own]
         if not drive.powered:
             return 0.0
         held_back = drive.held_back()
         toward = held_back or drive.velocity
-        load = self._truth.torque_per_load * self.tension()[axis - 1] if axis else 0.0
+        load = self._truth.torque_per_load * self.tension()[own - 1] if own else 0.0
         if toward < 0.0:
             command = -(load + drive.friction)
         else:
             command = drive.friction if toward > 0.0 else 0.0
             if not self._truth.self_locking:
                 command -= load
-        if self._sensing.lost(axis):
+        if self._sensing.lost(own):
             held_back = drive.wanted + drive.shift - self.position(axis)
         command += drive.stiffness * held_back
         return max(-TORQUE_LIMIT, min(TORQUE_LIMIT, command))
 
     def inputs(self, axis: int) -> tuple[bool, bool, bool]:
         """Return the electrical levels (true = high) of forward limit, reverse limit and home input."""
-        drive = self._drives[axis]
+        own = self._own[axis]
+        drive = self._drives[own]
         reverse, forward = drive.active()
         reverse_high, forward_high = drive.active_high
-        return self._sensing.inputs(axis, (forward == forward_high, reverse == reverse_high, True))
+        return self._sensing.inputs(own, (forward == forward_high, reverse == reverse_high, True))
 
     def power(self, axis: int, on: bool) -> None:
         """Switch a motor on or off; without power a self-locking drum stays, another pays out its line."""
         self._write()
-        drive = self._drives[axis]
+        own = self._own[axis]
+        drive = self._drives[own]
         drive.shift = self.position(axis) - drive.position
         drive.power(self._now, on)
         drive.velocity = 0.0
         drive.wanted = drive.position
         self._epoch += 1
-        self._stepping = self._stepping or self._pays_out(axis)
+        self._stepping = self._stepping or self._pays_out(own)
 
     def limit_torque(self, axis: int, volts: float) -> None:
         """Limit a motor to `volts` [V]; it stands still if friction and the load need more."""
         self._write()
-        self._drives[axis].limit = volts
+        self._drives[self._own[axis]].limit = volts
         self._epoch += 1
 
     def output(self, bit: int, on: bool) -> None:
@@ -243,11 +250,12 @@ class MayaMechanics:
 
     def fail_encoder(self, axis: int, on: bool) -> None:
         """Make an encoder stop counting, or continue from its last count; the body and its record are unchanged."""
-        self._sensing.fail_encoder(axis, self._drives[axis].position, on)
+        own = self._own[axis]
+        self._sensing.fail_encoder(own, self._drives[own].position, on)
 
     def force_inputs(self, axis: int, **levels: bool | None) -> None:
         """Hold inputs at an electrical level independent of the axis, or release them (None)."""
-        self._sensing.force_inputs(axis, levels)
+        self._sensing.force_inputs(self._own[axis], levels)
 
     def _hang(self) -> LoadStatics:
         return self._statics.hang(self._drives[1].q, self._drives[2].q)

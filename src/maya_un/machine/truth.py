@@ -18,6 +18,7 @@ docs/explanation/mechanics.md.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import count
 from math import hypot, inf, pi, radians, sqrt
 from typing import Literal, NamedTuple, Protocol, Self
 
@@ -54,7 +55,7 @@ class TrueConstants:
     tension of one load [V], `lag` the delay of an axis behind its reference [s], `stall_stiffness` the increase of the
     command with the following error of a blocked axis [V/count], `fall_speed` the speed at which a drum that does not
     lock pays out under load with its motor off [m/s]. `active_high` is whether a switch's input is electrically high
-    when it is active.
+    when it is active. `letters` are the axes of the controller that drive a, b and c.
     """
 
     height: float = 2.35
@@ -74,6 +75,7 @@ class TrueConstants:
     active_high: tuple[Levels, Levels, Levels] = ((False, False), (False, False), (False, False))
     gripper_output: int = 1
     gripper_closes_on: bool = False
+    letters: str = "ABC"
 
     @property
     def width(self) -> float:
@@ -130,6 +132,35 @@ class TrueConstants:
             friction=three(0.02, 0.25),
             lag=three(0.005, 0.040),
             stall_stiffness=_times(nominal.stall_stiffness, (2.0 ** soft[0], 2.0 ** soft[1], 2.0 ** soft[2])),
+        )
+
+    @classmethod
+    def built(cls, rng: Random, plan: TrueConstants) -> TrueConstants:
+        """Return a machine as somebody has built it by a `plan`: its lengths and scales differ a little.
+
+        Height and distances of the anchors within ±10 mm, or ±0.5 % of W on small machines, the gripper's height within
+        ±3 mm, scales within ±0.2 %, long ends within ±1 %, friction × 0.2 to 2.5, lag × 0.5 to 1.5.
+        """
+        most = min(0.01, 0.005 * plan.width)
+
+        def end(axis: int) -> Pair:
+            reverse, forward = plan.switches[axis]
+            return reverse, forward * rng.uniform(0.99, 1.01)
+
+        def three(low: float, high: float) -> Triple:
+            return rng.uniform(low, high), rng.uniform(low, high), rng.uniform(low, high)
+
+        return replace(
+            plan,
+            height=plan.height + rng.uniform(-most, most),
+            length=plan.length + rng.uniform(-most, most),
+            delta=plan.delta + rng.uniform(-most, most),
+            gripper_height=plan.gripper_height + rng.uniform(-0.003, 0.003),
+            counts_per_degree=plan.counts_per_degree * rng.uniform(0.998, 1.002),
+            counts_per_metre=plan.counts_per_metre * rng.uniform(0.998, 1.002),
+            switches=(end(0), end(1), end(2)),
+            friction=_times(plan.friction, three(0.2, 2.5)),
+            lag=_times(plan.lag, three(0.5, 1.5)),
         )
 
 
@@ -227,14 +258,16 @@ class Statics:
         return h, np.maximum(tension_b, tension_c)
 
 
+TRIES = 2_000
+"""After this many tries, a start of any kind is drawn."""
 TENSION = 5.0
 """A start is taut at no more than this [× load] ..."""
 SLACK = 0.25
 """... or on a switch, with no more slack than this [m] (errata, "Homing, in numbers")."""
 PARTS = 0.40
-"""Height of the gripper above the parts [m] (errata, "The cell")."""
+"""Height of the gripper above the parts [m] (errata, "The cell"); less on a machine that is lower than Maya."""
 TABLE = 0.10
-"""No start is lower than this [m]."""
+"""No start is lower than this [m]; less on a lower machine."""
 OVERTRAVEL = 0.003
 """An axis on a switch stands up to this far beyond its trip point [m]; axis a up to as many tenths of a rad."""
 
@@ -255,7 +288,9 @@ def legal_start(rng: Random, truth: TrueConstants) -> StartPose:
     """
     kind = rng.random()
     statics = Statics.of(truth)
-    while True:
+    for tries in count():
+        if tries == TRIES:
+            kind = 1.0
         on_switch = kind < 0.2
         start = StartPose(
             _place(rng, truth, 0, 0.4 if on_switch else 0.0),
@@ -264,6 +299,9 @@ def legal_start(rng: Random, truth: TrueConstants) -> StartPose:
         )
         if _legal(start, truth, statics, low=0.2 <= kind < 0.325, on_switch=on_switch):
             return start
+        if tries > 2 * TRIES:
+            break
+    raise ValueError("no pose of this machine keeps both lines taut above its table")
 
 
 def _place(rng: Random, truth: TrueConstants, axis: int, chance: float) -> float:
@@ -284,7 +322,8 @@ def _legal(start: StartPose, truth: TrueConstants, statics: Statics, *, low: boo
     may_be_slack = any(_beyond(start, truth)[1:])
     if hang.tension > TENSION or hang.slack > (SLACK if may_be_slack else 0.0):
         return False
-    return TABLE <= hang.z < PARTS if low else hang.z >= PARTS
+    share = min(1.0, statics.top / Statics().top)
+    return TABLE * share <= hang.z < PARTS * share if low else hang.z >= PARTS * share
 
 
 def _beyond(start: StartPose, truth: TrueConstants) -> list[bool]:

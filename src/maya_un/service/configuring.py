@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 from dmc41x3.i18n import phrase, translations
 from maya_un.config import Config
+from maya_un.config.base import Flaw
 from maya_un.config.files import alone, checked, merged, replace, shown, text_of, written
-from maya_un.config.model import Flaw
 from maya_un.config.settings import Setting, flat, sections, settings
 from maya_un.errors import InvalidConfig, InvalidRequest
 from maya_un.process.computation import MOST_TEXT

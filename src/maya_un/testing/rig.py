@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
+from maya_un.assembly import machine_of
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.machine.mechanics import MayaMechanics
@@ -45,7 +46,7 @@ async def rig(
     """
     chosen = Config() if config is None else config
     mechanics = MayaMechanics(
-        TrueConstants() if truth is None else truth,
+        machine_of(chosen) if truth is None else truth,
         StartPose() if start is None else start,
         parts=parts or {},
         trace=trace,

@@ -178,7 +178,7 @@ def test_another_scale_of_a_machine_is_found_and_named(replayed: Replayed) -> No
     """The configuration of the recording has 2 % fewer counts to the metre: a line meets its switch on its way."""
     job = run_virtual(_job(RecorderConfig(seconds=20.0), rest=40.0, known=False))
     config = json.loads(json.dumps(job.header.origin.config))
-    config["axes"]["b"]["maximum"] = 1.51
+    config["axes"]["b"]["maximum"], config["axes"]["c"]["minimum"] = 1.51, 0.8
     header = replace(job.header, origin=RecordingOrigin(config, "10.0.0.5:23"))
     code, told = replayed(replace(job, header=header))
     assert code == 1

@@ -48,7 +48,7 @@ def test_a_step_of_the_raise_keeps_off_straight_lines(b: float, c: float, fricti
     load = tension(b, c)
     reading = load / off + friction
     assume(load <= 5.0 and reading < homing.ENOUGH)
-    step = homing._safe_step(reading)
+    step = homing._safe_step(reading, WIDTH)
     bound = 2.36 if off == 1.0 else 4.53
     assert tension(b - step, c - step) <= bound
 
@@ -57,9 +57,9 @@ def test_a_step_of_the_raise_keeps_off_straight_lines(b: float, c: float, fricti
 def test_lines_share_a_quarter_of_the_rest_and_friction_reduces_it(load: float, friction: float) -> None:
     half = 2.0 * load
     left = WIDTH * (half / sqrt(half * half - 1.0) - 1.0)
-    step = homing._safe_step(load)
+    step = homing._safe_step(load, WIDTH)
     assert 0.0 < 2.0 * step <= left / 4.0 + 1e-12
-    assert homing._safe_step(load + friction) <= step
+    assert homing._safe_step(load + friction, WIDTH) <= step
 
 
 def test_the_homed_pose_is_inside_and_off_every_switch() -> None:

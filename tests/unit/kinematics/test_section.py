@@ -19,7 +19,7 @@ MACHINES = {
     "weak lines": Workspace.of(configuration(safety={"tension_limit": 1.2})),
     "strong lines": Workspace.of(configuration(safety={"tension_limit": 20.0})),
     "short lines": Workspace.of(Config(), ((0.3, 1.0), (0.9, 1.5), (0.8, 1.6))),
-    "low": Workspace.of(configuration(geometry={"height": 1.4})),
+    "low": Workspace.of(configuration(geometry={"height": 1.5})),
 }
 
 

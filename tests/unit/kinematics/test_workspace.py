@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maya_un.config import Config
+from maya_un.config import CellConfig, Config, Geometry
 from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics import Box, Cylinder, HalfSpace, Limit, Workspace
@@ -145,10 +145,11 @@ def test_measured_strokes_replace_the_configured_ones() -> None:
 
 def test_a_configuration_in_which_nothing_is_reachable_is_refused() -> None:
     with pytest.raises(InvalidConfig, match="nothing is reachable"):
-        low = configuration(
-            geometry={"height": 0.25, "gripper_height": 0.20}, cell={"grasp_height": 0.02, "clearance": 0.01}
-        )
-        Workspace.of(low)
+        low = {
+            "geometry": Geometry(height=0.25, gripper_height=0.20),
+            "cell": CellConfig(grasp_height=0.02, clearance=0.01),
+        }
+        Workspace.of(Config().model_copy(update=low))
 
 
 def test_an_edge_rounded_to_counts_holds_within_a_grain() -> None:

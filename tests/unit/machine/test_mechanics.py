@@ -146,6 +146,19 @@ def test_wiring_decides_the_level_not_the_switch() -> None:
     assert maya.inputs(C) == (True, True, True)
 
 
+def test_letters_decide_which_axis_of_the_controller_drives_what() -> None:
+    """a is on B, b on C and c on A."""
+    maya = powered(truth=replace(TrueConstants(), letters="BCA"))
+    maya.advance(go(maya, A, -10_000.0) + 1.0)
+    assert maya.true_joints() == pytest.approx((1.0, 1.25, 1.24))
+    assert [round(maya.position(axis)) for axis in (A, B, C)] == [-10_000, 0, 0]
+    maya.fail_encoder(A, True)
+    maya.power(A, False)
+    assert (maya.torque(A), maya.velocity(A)) == (0.0, 0.0)
+    beyond = MayaMechanics(replace(TrueConstants(), letters="BCA"), StartPose(1.0, 1.25, 2.31))
+    assert [beyond.inputs(axis)[0] for axis in (A, B, C)] == [False, True, True]
+
+
 def test_a_hard_stop_blocks_and_the_motor_pushes_harder_and_harder() -> None:
     maya = powered(StartPose(1.0, 1.4, 2.30))
     t = go(maya, C, 30_000.0)

@@ -20,6 +20,14 @@ TwinSpeed = Annotated[float | None, typer.Option("--speed", metavar="FACTOR", he
 Seed = Annotated[
     int | None, typer.Option(metavar="N", help="seed of the random position of the twin at power-up  [default: 0]")
 ]
+Truth = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        help="configuration file with the keys in which the twin's machine differs; drawn: small random differences, "
+        "chosen by --seed  [default: the machine is as configured]",
+    ),
+]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
 
 
@@ -46,6 +54,7 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     firmware: Firmware = None,
     speed: TwinSpeed = None,
     seed: Seed = None,
+    truth: Truth = None,
     table: Table = None,
     record: Annotated[str | None, typer.Option(metavar="FILE", help="append a record of the mechanics")] = None,
 ) -> int:
@@ -59,7 +68,7 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     from maya_un.cli.dmc_tools import serve as command
 
     options = command.ServeOptions(
-        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, table, record
+        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, truth, table, record
     )
     return command.serve(options, settings_of(context))
 

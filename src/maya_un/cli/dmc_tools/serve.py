@@ -5,8 +5,9 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-from collections.abc import Coroutine, Iterator, Sequence
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -23,14 +24,13 @@ from dmc41x3.twin.wire.server import bench as on_a_bench
 from maya_un.assembly import Twin, make_twin
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor
-from maya_un.cli.configure import configuration, on_the_table
+from maya_un.cli.configure import configuration, on_the_table, truth_of_twin
 from maya_un.cli.dmc_tools.fault import ServedTwin, published
 from maya_un.cli.settings import OutputSettings
 from maya_un.errors import FileUnwritable, InvalidCommandLine
 from maya_un.http.dates import epoch
 from maya_un.machine.log_writer import MechanicsRecordWriter
 from maya_un.machine.mechanics import SAMPLE
-from maya_un.values import Point
 
 
 class LineFile:
@@ -102,7 +102,10 @@ _MAYAS_AXES = 3
 
 
 class ServeOptions(NamedTuple):
-    """The options of `maya dmc serve`. `axes` and `seed` are None if they are not given."""
+    """The options of `maya dmc serve`. `axes` and `seed` are None if they are not given.
+
+    `truth` is as in `configure.truth_of_twin`.
+    """
 
     host: str
     port: int
@@ -114,6 +117,7 @@ class ServeOptions(NamedTuple):
     firmware: str | None = None
     speed: float | None = None
     seed: int | None = None
+    truth: str | None = None
     table: str | None = None
     record: str | None = None
 
@@ -127,9 +131,9 @@ def serve(options: ServeOptions, settings: OutputSettings) -> int:
     memory = burned(options.memory)
     reserve_descriptors()
     factor = clock_factor(options.speed, SIM)
-    parts = on_the_table(options.table, configuration(settings), settings)
+    machine = _bench(options, memory) if options.bench else _machine(options, memory, settings)
     with nullcontext() if options.record is None else LineFile.opened(options.record) as record:
-        run(_serve(options, memory, parts, record, factor, settings), lambda: ScaledLoop(factor))
+        run(_serve(options, machine, record, factor, settings), lambda: ScaledLoop(factor))
     return output.DONE
 
 
@@ -138,26 +142,43 @@ def _check(options: ServeOptions) -> None:
         raise InvalidCommandLine(reason="Maya has three axes; --axes is for --bench", command=_COMMAND)
     if options.bench and options.table is not None:
         raise InvalidCommandLine(reason="there is no table on a bench", command=_COMMAND)
+    if options.bench and options.truth is not None:
+        raise InvalidCommandLine(reason="--truth is for the robot, not for a bench", command=_COMMAND)
     if options.bench and options.record is not None:
         raise InvalidCommandLine(reason="a bench has no mechanics to record", command=_COMMAND)
     require_line(options.firmware)
 
 
-def _made(options: ServeOptions, parts: dict[str, Point], memory: Memory) -> VirtualController | Twin:
-    if not options.bench:
-        return make_twin(seed=options.seed or 0, parts=parts, memory=memory, firmware=options.firmware)
-    return on_a_bench(options.axes or _MAYAS_AXES, memory, options.firmware, options.seed or 0)
+Make = Callable[[], VirtualController | Twin]
+"""Makes a virtual controller in the running loop."""
+
+
+def _bench(options: ServeOptions, memory: Memory) -> Make:
+    return partial(on_a_bench, options.axes or _MAYAS_AXES, memory, options.firmware, options.seed or 0)
+
+
+def _machine(options: ServeOptions, memory: Memory, settings: OutputSettings) -> Make:
+    """Return what makes the twin; raises the errors of its files."""
+    config, seed = configuration(settings), options.seed or 0
+    return partial(
+        make_twin,
+        config,
+        seed=seed,
+        truth=truth_of_twin(options.truth, config, seed),
+        parts=on_the_table(options.table, config, settings),
+        memory=memory,
+        firmware=options.firmware,
+    )
 
 
 async def _serve(
     options: ServeOptions,
-    memory: Memory,
-    parts: dict[str, Point],
+    make: Make,
     record: LineFile | None,
     speed: float,
     settings: OutputSettings,
 ) -> None:
-    made = _made(options, parts, memory)
+    made = make()
     controller = made.controller if isinstance(made, Twin) else made
     kept = TwinRecord(made, record) if record is not None and isinstance(made, Twin) else None
     fault_server: FaultControlServer | None = None

@@ -43,10 +43,11 @@ class MayaSite:
         return meant(address, configuration(OutputSettings(config=config)).controller.address)
 
     def twin(self) -> VirtualController:
-        """Return a twin with Maya's mechanics."""
+        """Return the twin of the configuration; raises `FileUnreadable`, `InvalidConfig`."""
         from maya_un.assembly import make_twin
+        from maya_un.cli.configure import configuration
 
-        return make_twin().controller
+        return make_twin(configuration(OutputSettings())).controller
 
     async def require_free(self, driver: Driver, address: str) -> None:
         """Raise `ControllerOwned` if the controller belongs to another program that still runs."""

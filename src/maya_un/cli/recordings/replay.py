@@ -24,6 +24,7 @@ from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.framing import RecordReply, Reply
 from dmc41x3.wire.transcript import WirePiece
 from dmc41x3.wire.transport import LoopbackTransport
+from maya_un.assembly import machine_of
 from maya_un.cli import output
 from maya_un.cli.recordings.recordings import found
 from maya_un.cli.report import table
@@ -237,22 +238,7 @@ def _truth(source: TwinSource | None, config: Config) -> TrueConstants:
     """Return the constants of the twin: those of the recorded twin, else those of the configuration."""
     if source is not None:
         return TypeAdapter(TrueConstants).validate_python(source.truth)
-    geometry, scale, axes = config.geometry, config.scale, config.axes
-    a, b, c = ((axis.minimum, axis.maximum) for axis in (axes.a, axes.b, axes.c))
-    machine = TrueConstants(
-        height=geometry.height,
-        length=geometry.length,
-        delta=geometry.delta,
-        gripper_height=geometry.gripper_height,
-        counts_per_degree=scale.pulses_per_degree,
-        counts_per_metre=scale.pulses_per_metre,
-        switches=(a, b, c),
-        torque_per_load=config.homing.torque_per_load,
-        self_locking=config.safety.self_locking,
-        gripper_output=config.gripper.output,
-        gripper_closes_on=config.gripper.closed_by == "set",
-    )
-    return machine.with_wiring(config.wiring.limit_active_level == 1)
+    return machine_of(config)
 
 
 def _start(source: TwinSource | None, scene: ReplayScene, config: Config, truth: TrueConstants) -> StartPose:

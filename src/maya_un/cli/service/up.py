@@ -27,7 +27,7 @@ from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, host_and_port, target_address
 from maya_un.cli.coms.run import coms_beside
-from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places
+from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places, truth_of_twin
 from maya_un.cli.fleet.watching import fleet_beside
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.service.browser import show_page
@@ -52,6 +52,7 @@ from maya_un.values import Mode, Point
 
 if TYPE_CHECKING:
     from maya_un.edges import EndpointOptions
+    from maya_un.machine.truth import TrueConstants
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,16 +279,17 @@ _FILES = 24
 class UpOptions(NamedTuple):
     """Options of `maya up`; `table` is a job file whose parts stand on the twin's table.
 
-    `journal` is the file of the queue, "memory" for none, None for the default file; with `finish`, the running step is
-    finished before this program ends. `rosbridge` is the port of that endpoint, None for none. `take_over` takes the
-    controller from another program that owns it. `coms` also starts `maya coms`, which needs that endpoint. `show`
-    opens the dashboard in the default browser.
+    `truth` is as in `configure.truth_of_twin`. `journal` is the file of the queue, "memory" for none, None for the
+    default file; with `finish`, the running step is finished before this program ends. `rosbridge` is the port of that
+    endpoint, None for none. `take_over` takes the controller from another program that owns it. `coms` also starts
+    `maya coms`, which needs that endpoint. `show` opens the dashboard in the default browser.
     """
 
     address: str = SIM
     speed: float | None = None
     port: int = PORT
     seed: int | None = None
+    truth: str | None = None
     table: str | None = None
     skip_home: bool = False
     journal: str | None = None
@@ -300,7 +302,7 @@ class UpOptions(NamedTuple):
 
 
 class _Robot(NamedTuple):
-    """The robot to run: address, speed of its clock, parts on the twin's table, homing, and owner of the controller.
+    """The robot to run: address, speed of its clock, the twin and the parts on its table, homing, and the owner.
 
     With `skip_home` it uses a stored homing; with `take_over` it takes the controller from another program. Taught
     places are stored in the file `places`, the queue in the file `journal`, None for memory. Clients may change
@@ -311,6 +313,7 @@ class _Robot(NamedTuple):
     address: str
     speed: float
     seed: int
+    truth: TrueConstants | None
     parts: dict[str, Point]
     skip_home: bool
     places: Path
@@ -341,11 +344,13 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
     speed = clock_factor(options.speed, address)
     if options.rosbridge is not None:
         config = _configured(config, speed)
-    require_twin(address, "maya up", seed=options.seed, table=options.table)
+    require_twin(address, "maya up", seed=options.seed, truth=options.truth, table=options.table)
+    seed = options.seed or 0
+    truth = truth_of_twin(options.truth, config, seed)
     parts = on_the_table(options.table, config, settings)
     places, file, journal = taught_places(settings), config_file(settings), journal_file(options.journal)
     robot = _Robot(
-        config, address, speed, options.seed or 0, parts, options.skip_home, places, file, journal, options.take_over
+        config, address, speed, seed, truth, parts, options.skip_home, places, file, journal, options.take_over
     )
     clock: Callable[[], asyncio.AbstractEventLoop] | None = (lambda: ScaledLoop(speed)) if address == SIM else None
     with runtime.claimed(), log.kept(), ExitStack() as held:
@@ -413,6 +418,7 @@ async def _running(robot: _Robot) -> AsyncIterator[Stack]:
                     robot.address,
                     seed=robot.seed,
                     parts=robot.parts,
+                    truth=robot.truth,
                     speed=robot.speed,
                     take_over=robot.take_over,
                     places=robot.places,

@@ -24,7 +24,7 @@ OTHER = configuration(
     axes={
         "a": {**Config().axes.a.model_dump(), "minimum": -0.4, "maximum": 1.5},
         "b": {**Config().axes.b.model_dump(), "minimum": 0.4, "maximum": 2.4},
-        "c": {**Config().axes.c.model_dump(), "minimum": 0.0, "maximum": 2.4},
+        "c": {**Config().axes.c.model_dump(), "minimum": 0.2, "maximum": 2.4},
     },
 )
 
