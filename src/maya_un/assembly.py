@@ -130,6 +130,10 @@ def machine_of(config: Config) -> TrueConstants:
 
     axes, geometry, scale = (config.axes.a, config.axes.b, config.axes.c), config.geometry, config.scale
     a, b, c = ((axis.minimum, axis.maximum) for axis in axes)
+
+    def fitted(axis: int) -> tuple[bool, bool]:
+        return axes[axis].switch_at_minimum, axes[axis].switch_at_maximum
+
     machine = TrueConstants(
         height=geometry.height,
         length=geometry.length,
@@ -143,6 +147,7 @@ def machine_of(config: Config) -> TrueConstants:
         gripper_output=config.gripper.output,
         gripper_closes_on=config.gripper.closed_by == "set",
         letters="".join(axis.letter for axis in axes),
+        fitted=(fitted(0), fitted(1), fitted(2)),
     )
     usual, per_unit = TrueConstants(), machine.scale
 

@@ -267,6 +267,20 @@ class AxisConfig(ConfigSection):
     jerk_counts: Annotated[
         int | None, Field(ge=1024, le=2_147_483_647, description="limit of the jerk [counts/s3]; default: none")
     ] = None
+    switches: Annotated[
+        Literal["both", "minimum", "maximum", "none"],
+        Field(description="ends of the stroke that have a limit switch: both, minimum, maximum or none"),
+    ] = "both"
+
+    @property
+    def switch_at_minimum(self) -> bool:
+        """Whether a limit switch (reverse, on the controller) is at the lower end of the stroke."""
+        return self.switches in {"both", "minimum"}
+
+    @property
+    def switch_at_maximum(self) -> bool:
+        """Whether a limit switch (forward, on the controller) is at the upper end of the stroke."""
+        return self.switches in {"both", "maximum"}
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -396,6 +410,9 @@ class HomingConfig(ConfigSection):
         float, Field(gt=0.0, le=0.02, description="speed of the lines during probing and final approach [m/s]")
     ] = 0.002
     torque_per_load: Annotated[float, Field(gt=0.0, le=9.9, description="motor command per load on a line [V]")] = 0.5
+    torque_readings: Annotated[
+        bool, Field(description="false: the motor commands (TT) do not show the load, so homing cannot use them")
+    ] = True
     stroke_tolerance: Annotated[
         float,
         Field(
@@ -470,6 +487,13 @@ class Config(ConfigSection):
         return self
 
     @property
+    def homes_alone(self) -> bool:
+        """Whether homing needs no person: axis a has a switch, both lines have one at their short ends, and torque."""
+        a, b, c = self.axes.a, self.axes.b, self.axes.c
+        lines = b.switch_at_minimum and c.switch_at_minimum and self.homing.torque_readings
+        return lines and a.switches != "none"
+
+    @property
     def deepest(self) -> float:
         """The distance of the gripper at cell.grasp_height from its height with straight lines [m]."""
         return self.geometry.height - self.geometry.gripper_height - self.cell.grasp_height
@@ -491,6 +515,8 @@ class Config(ConfigSection):
     @model_validator(mode="after")
     def _can_home(self) -> Self:
         """Require what homing needs: docs/explanation/homing.md derives each condition."""
+        if not self.homes_alone:
+            return self
         width, shortest = self.geometry.width, 1.0 - self.homing.stroke_tolerance
         if width < NARROWEST:
             reason = phrase("length - delta must be {least:g} m or more for homing", least=NARROWEST)

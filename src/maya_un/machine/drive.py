@@ -31,6 +31,7 @@ class AxisDrive:
         "_lag",
         "_since",
         "active_high",
+        "fitted",
         "friction",
         "limit",
         "position",
@@ -56,6 +57,7 @@ class AxisDrive:
         self.friction = truth.friction[axis]
         self.stiffness = truth.stall_stiffness[axis]
         self.active_high = truth.active_high[axis]
+        self.fitted = truth.fitted[axis]
         reverse, forward = truth.switches[axis]
         gap = truth.gaps[axis]
         self.switches = self.counts(reverse), self.counts(forward)
@@ -154,6 +156,12 @@ class AxisDrive:
             return None
         met = self.timeline.crossing(level + self.shift, self.source(t0), self.source(t1), rising)
         return None if met is None else met + self._lag
+
+    def levels(self) -> tuple[bool, bool]:
+        """Return whether the inputs of the reverse and the forward switch are electrically high; an open one is."""
+        inputs = zip(self.active(), self.active_high, self.fitted, strict=True)
+        reverse, forward = (not fitted or active == high for active, high, fitted in inputs)
+        return reverse, forward
 
     def active(self) -> tuple[bool, bool]:
         """Return whether the reverse and the forward switch are active."""

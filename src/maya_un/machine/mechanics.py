@@ -210,10 +210,8 @@ class MayaMechanics:
     def inputs(self, axis: int) -> tuple[bool, bool, bool]:
         """Return the electrical levels (true = high) of forward limit, reverse limit and home input."""
         own = self._own[axis]
-        drive = self._drives[own]
-        reverse, forward = drive.active()
-        reverse_high, forward_high = drive.active_high
-        return self._sensing.inputs(own, (forward == forward_high, reverse == reverse_high, True))
+        reverse, forward = self._drives[own].levels()
+        return self._sensing.inputs(own, (forward, reverse, True))
 
     def power(self, axis: int, on: bool) -> None:
         """Switch a motor on or off; without power a self-locking drum stays, another pays out its line."""

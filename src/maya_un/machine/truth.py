@@ -55,7 +55,8 @@ class TrueConstants:
     tension of one load [V], `lag` the delay of an axis behind its reference [s], `stall_stiffness` the increase of the
     command with the following error of a blocked axis [V/count], `fall_speed` the speed at which a drum that does not
     lock pays out under load with its motor off [m/s]. `active_high` is whether a switch's input is electrically high
-    when it is active. `letters` are the axes of the controller that drive a, b and c.
+    when it is active. `fitted` is whether there is a switch; without one, its input is open, and high. `letters` are
+    the axes of the controller that drive a, b and c.
     """
 
     height: float = 2.35
@@ -73,6 +74,7 @@ class TrueConstants:
     self_locking: bool = True
     fall_speed: float = 0.05
     active_high: tuple[Levels, Levels, Levels] = ((False, False), (False, False), (False, False))
+    fitted: tuple[Levels, Levels, Levels] = ((True, True), (True, True), (True, True))
     gripper_output: int = 1
     gripper_closes_on: bool = False
     letters: str = "ABC"

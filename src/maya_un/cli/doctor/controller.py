@@ -110,7 +110,7 @@ async def _record(driver: Driver, config: Config, language: str) -> AsyncIterato
     if max(order) >= len(record.axes):
         return
     axes = [record.axes[place] for place in order]
-    yield limits([axis.forward_limit_active for axis in axes], [axis.reverse_limit_active for axis in axes])
+    yield limits(*state_builder.limits(record, config, order))
     off = [name for name, axis in zip(AXES, axes, strict=True) if axis.motor_off]
     yield warn("motors", "motors_off", axes=", ".join(off)) if off else ok("motors", "motors_on")
     error = state_builder.grave(record, order)
