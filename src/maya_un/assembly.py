@@ -17,6 +17,7 @@ from dmc41x3.wire.transport import TcpTransport, Transport
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
+from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
 from maya_un.controller.registers import Dial
 from maya_un.errors import InvalidConfig
@@ -192,11 +193,13 @@ def make_twin(
     from dmc41x3.twin.machine import VirtualDmc  # noqa: PLC0415
     from dmc41x3.twin.wire.server import VirtualController  # noqa: PLC0415
     from maya_un.machine.mechanics import MayaMechanics  # noqa: PLC0415
-    from maya_un.machine.truth import legal_start  # noqa: PLC0415
+    from maya_un.machine.truth import StartPose, legal_start  # noqa: PLC0415
 
     real = truth if truth is not None else machine_of(config or Config())
     try:
         start = legal_start(random.Random(seed), real)
+        if config is not None and config.person_needed:  # its person has brought it to the pose that it is given
+            start = StartPose(*homed_pose(config))
     except ValueError as error:
         reason = phrase("no place of the gripper above the table keeps both lines taut")
         raise InvalidConfig(key="geometry.height", value=real.height, reason=reason) from error

@@ -10,7 +10,7 @@ import typer
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
 from dmc41x3.i18n import phrase
-from maya_un.cli import primitives
+from maya_un.cli import datum, primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.completion import commands as completion
@@ -378,6 +378,7 @@ def plot_workspace(
     return command.workspace(request, settings_of(context))
 
 
+datum.register(app, _HOW)
 teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
 recordings.register(app, _HOW)

@@ -27,6 +27,7 @@ Start
 
 Robot (commands to the robot that `maya up` runs; lengths in m or like 120mm, angles in rad or like 30deg)
   home                                         find the limit switches, so that the position is known
+  datum           datum move|give|confirm      tell a robot without limit switches where it stands
   pick X Y [Z]    place X Y [Z]                pick up a part, put it down; also pick NAME, place NAME
   approach X Y Z                               move above a point, by cell.clearance of the configuration; also NAME
   line X Y Z                                   move straight to a point; also line NAME

@@ -128,6 +128,8 @@ def _described(found: dict[str, Any], language: str) -> str:
     ]
     if state.get("override", 1.0) != 1.0:
         lines.insert(1, translate("speed {percent:g} %", language, percent=100.0 * state["override"]))
+    if found.get("unconfirmed"):
+        lines.append(translate("datum not confirmed: motion is slow until `maya datum confirm`", language))
     if found["progress"] is not None:
         lines.insert(1, _progress(found["progress"], language))
     limits = _active_limits(state)

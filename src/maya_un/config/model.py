@@ -487,11 +487,14 @@ class Config(ConfigSection):
         return self
 
     @property
-    def homes_alone(self) -> bool:
-        """Whether homing needs no person: axis a has a switch, both lines have one at their short ends, and torque."""
-        a, b, c = self.axes.a, self.axes.b, self.axes.c
-        lines = b.switch_at_minimum and c.switch_at_minimum and self.homing.torque_readings
-        return lines and a.switches != "none"
+    def person_needed(self) -> str:
+        """Why homing needs a person, "" if the robot finds its position alone."""
+        if self.axes.a.switches == "none":
+            return phrase("axis a has no switch")
+        for name, line in (("b", self.axes.b), ("c", self.axes.c)):
+            if not line.switch_at_minimum:
+                return phrase("line {name} has no switch at its short end", name=name)
+        return "" if self.homing.torque_readings else phrase("the motors show no torque")
 
     @property
     def deepest(self) -> float:
@@ -515,7 +518,7 @@ class Config(ConfigSection):
     @model_validator(mode="after")
     def _can_home(self) -> Self:
         """Require what homing needs: docs/explanation/homing.md derives each condition."""
-        if not self.homes_alone:
+        if self.person_needed:
             return self
         width, shortest = self.geometry.width, 1.0 - self.homing.stroke_tolerance
         if width < NARROWEST:

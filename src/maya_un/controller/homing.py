@@ -28,6 +28,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.config.model import MOST_SLACK
+from maya_un.controller.datum import shown
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.values import AXES, Joints
@@ -73,6 +74,9 @@ INSIDE = 0.025
 OFF_END = 0.075
 """A line leaves its long end by this share of W before the other one shortens alone."""
 
+OFF_SWITCHED_END, OFF_GIVEN_END = 0.035, 0.1
+"""Angle between the homed pose and the end of the boom's stroke [rad], with a datum by a switch and by a person."""
+
 PAST = (0.05, 0.02, 0.02)
 """Longest braking distance behind a switch (rad, m, m); the switch must release within `RELEASE_WITHIN`."""
 
@@ -91,7 +95,8 @@ def homed_pose(config: Config) -> Joints:
     c = _inside(config, C, max(c, LOW * width - b))
     b = _inside(config, B, max(b, LOW * width - c))
     boom = config.axes.a
-    return Joints(boom.maximum - 0.035 if boom.switches == "maximum" else boom.minimum + 0.035, b, c)
+    off = OFF_GIVEN_END if config.person_needed else OFF_SWITCHED_END
+    return Joints(boom.maximum - off if boom.switches == "maximum" else boom.minimum + off, b, c)
 
 
 def _inside(config: Config, axis: int, length: float) -> float:
@@ -313,7 +318,7 @@ class HomingRun:
         if not look.at(axis, side):
             look = await self._seek.go({axis: distance}, self._speed if axis != A else self._slew())
         if not look.met(axis, side):
-            raise SwitchNotFound(axis=AXES[axis], side=side, distance=_shown(axis, abs(distance)))
+            raise SwitchNotFound(axis=AXES[axis], side=side, distance=shown(AXES[axis], abs(distance)))
         return look
 
     async def _datum(self, axis: int, distance: float, side: str = REVERSE) -> None:
@@ -340,7 +345,7 @@ class HomingRun:
 
         look = await self._seek.go({axis: -away * 2.0 * BACK[axis]}, speed, poll=0.1, until=note)
         if not look.met(axis, side):
-            raise SwitchNotFound(axis=AXES[axis], side=side, distance=_shown(axis, 2.0 * BACK[axis]))
+            raise SwitchNotFound(axis=AXES[axis], side=side, distance=shown(AXES[axis], 2.0 * BACK[axis]))
         past = lag + self._stopping(axis, speed)
         config = self._config.axes[axis]
         end = (config.minimum if side == REVERSE else config.maximum) * self._units.per_unit[axis]
@@ -379,7 +384,7 @@ class HomingRun:
         measured = self._length(axis, look) - self._stopping(axis, self._speed) / self._units.per_unit[axis]
         wanted = self._config.axes[axis].maximum
         if abs(measured / wanted - 1.0) > self._config.homing.stroke_tolerance + 0.002:
-            raise StrokeDiffers(axis=AXES[axis], measured=_shown(axis, measured), wanted=_shown(axis, wanted))
+            raise StrokeDiffers(axis=AXES[axis], measured=shown(AXES[axis], measured), wanted=shown(AXES[axis], wanted))
         await self._seek.go({axis: -BACK[axis]}, self._speed)
         return measured
 
@@ -427,6 +432,31 @@ class HomingRun:
         return error
 
 
+async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, distance: float) -> tuple[float, str]:
+    """Move one axis slowly by `distance` (rad or m); return how far it moved, and why it ended early, "" if not.
+
+    A line that becomes shorter ends when it carries `ENOUGH` loads. Raises as `Seeker.go` does, and `HomingStalled`.
+    """
+    tight = False
+
+    def until(look: AxesReading) -> bool:
+        nonlocal tight
+        loads = abs(look.torque[axis]) / config.homing.torque_per_load
+        tight = tight or (
+            axis != A and distance < 0.0 and config.homing.torque_readings and look.running[axis] and loads > ENOUGH
+        )
+        return tight
+
+    before = await seeker.survey()
+    slow = config.axes.a.speed_counts / 20 / units.per_unit[A] if axis == A else 2.0 * config.homing.slow_speed
+    try:
+        after = await seeker.go({axis: distance}, slow, poll=0.05, until=until)
+    except Stall as stall:
+        raise seeker.stalled(stall, phrase("it pushes against something and no switch is active")) from stall
+    gone = (after.reference[axis] - before.reference[axis]) / units.per_unit[axis]
+    return gone, phrase("the line carries twice the load") if tight else ""
+
+
 def _safe_step(load: float, width: float) -> float:
     """Return how far both lines may be shortened [m] when the tighter line carries `load` (in loads).
 
@@ -438,7 +468,3 @@ def _safe_step(load: float, width: float) -> float:
         return 0.1 * width
     ratio = sqrt(4.0 * load * load / (4.0 * load * load - 1.0))
     return min(0.1, 0.125 * (ratio - 1.0)) * width
-
-
-def _shown(axis: int, value: float) -> str:
-    return phrase("{angle} deg", angle=f"{value * 57.29577951308232:.1f}") if axis == A else f"{value * 1000.0:.1f} mm"
