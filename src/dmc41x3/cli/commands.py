@@ -13,6 +13,9 @@ from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
 from dmc41x3.cli.console import ALONE, OutputSettings, Site, settings_of
 
+_COMMAND = "{dmc}"
+"""Stands in an example for the words before the name of a tool; the site of the group supplies it."""
+
 _REAL = "{real}"
 """Stands in a help text for what `real` means; the site of the group supplies it."""
 
@@ -53,6 +56,8 @@ def send(
     """Send commands to a controller and print its replies.
 
     It stops at the first command that the controller refuses.
+
+    Example: {dmc} send 192.168.1.156 "SH A" TP
     """
     from dmc41x3.cli import connection as command
 
@@ -64,6 +69,8 @@ def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
 
     Tab completes a command, F1 shows help, F12 stops the axes. Without a screen it reads commands from standard input
     and prints the answers.
+
+    Example: {dmc} terminal 192.168.1.156
     """
     from dmc41x3.cli.terminal import start
 
@@ -83,6 +90,8 @@ def watch(
     """Show live values until Ctrl-C.
 
     Without EXPR it shows the positions and states of the axes. With --json it prints one line for each sample.
+
+    Example: {dmc} watch sim _TPA "@IN[1]" --rate 10
     """
     from dmc41x3.cli import scope as command
 
@@ -106,6 +115,8 @@ def scope(
     """Record values over time.
 
     It writes them to a table (--csv), a picture (--png), or the screen. Ctrl-C ends it early.
+
+    Example: {dmc} scope 192.168.1.156 --channels _TPA,_TEA --for 3 --png scope.png
     """
     from dmc41x3.cli import scope as command
 
@@ -120,7 +131,10 @@ def upload(
         str | None, typer.Argument(metavar="[FILE]", help="file to write; without it, the command prints the program")
     ] = None,
 ) -> int:
-    """Save the program of a controller to a file, or print it."""
+    """Save the program of a controller to a file, or print it.
+
+    Example: {dmc} upload 192.168.1.156 program.dmc
+    """
     from dmc41x3.cli import program as command
 
     return command.upload(host, file, settings_of(context))
@@ -138,6 +152,8 @@ def capture(
     """Record the traffic between a Galil client and a controller.
 
     The command is a proxy: the client connects to it at --listen, and it connects to the controller. Ctrl-C ends it.
+
+    Example: {dmc} capture 192.168.1.156 --listen 5023 --out capture.json
     """
     from dmc41x3.cli import recording as command
 
@@ -163,6 +179,8 @@ def conform(
 
     Caution: --bench erases the program, variables, arrays and settings of the controller, also in its burned memory.
     Use it only if no machine is connected. It then checks all commands and outputs.
+
+    Example: {dmc} conform 192.168.1.156
     """
     from dmc41x3.cli import conform as command
 
@@ -178,11 +196,11 @@ def add_to(group: typer.Typer, own: OwnCommands, site: Site, how: dict[str, Any]
     tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform)
     for command in (*own.twin, *tools):
         group.command(cls=command_class, **how)(command)
-    group.add_typer(_gclib_group(how, of_groups), name="gclib")
+    group.add_typer(_gclib_group(how | {"cls": command_class}, of_groups), name="gclib")
 
 
 def _command_class(site: Site) -> type[TyperCommand]:
-    """Return a class of commands; their help explains `real` for `site`."""
+    """Return a class of commands; their help explains `real` for `site`, and their examples begin with its words."""
 
     class SiteCommand(TyperCommand):
         def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -191,6 +209,7 @@ def _command_class(site: Site) -> type[TyperCommand]:
             for parameter in parameters:
                 if parameter.help:
                     parameter.help = parameter.help.replace(_REAL, site.real)
+            self.help = (self.help or "").replace(_COMMAND, site.command)
 
     return SiteCommand
 
@@ -211,21 +230,30 @@ def gclib_install(
     context: typer.Context,
     force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
 ) -> int:
-    """Install a module gclib into this Python environment."""
+    """Install a module gclib into this Python environment.
+
+    Example: {dmc} gclib install
+    """
     from dmc41x3.cli import gclib as command
 
     return command.install(settings_of(context), force=force)
 
 
 def gclib_uninstall(context: typer.Context) -> int:
-    """Remove the module gclib again."""
+    """Remove the module gclib again.
+
+    Example: {dmc} gclib uninstall
+    """
     from dmc41x3.cli import gclib as command
 
     return command.uninstall(settings_of(context))
 
 
 def gclib_status(context: typer.Context) -> int:
-    """Show the module that `import gclib` finds here."""
+    """Show the module that `import gclib` finds here.
+
+    Example: {dmc} gclib status
+    """
     from dmc41x3.cli import gclib as command
 
     return command.status(settings_of(context))
@@ -238,6 +266,8 @@ def gclib_run(
     """Run a script that imports gclib, without installing anything.
 
     If the script has its own option --json, --lang or --config, write `run -- SCRIPT ...`.
+
+    Example: {dmc} gclib run my_script.py
     """
     from dmc41x3.cli import gclib as command
 
@@ -289,6 +319,8 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
     It simulates free servo motors. It prints its address when it listens; Ctrl-C ends it.
+
+    Example: {dmc} serve --axes 4 --speed 10
     """
     from dmc41x3.cli import serve as command
 
@@ -302,6 +334,8 @@ def download(context: typer.Context, host: Host, file: File, run: Label = None) 
     The command reads the program back to verify it. It does not send REM lines, replaces tabs by blanks, and shortens
     a comment that makes a line too long, as Galil's tools do. If the controller refuses a line, the command restores
     the old program.
+
+    Example: {dmc} download 192.168.1.156 program.dmc --run AUTO
     """
     from dmc41x3.cli import program as command
 
@@ -317,6 +351,8 @@ def replay(
     """Replay a capture, and show the answers that differ.
 
     The command sends only what the client sent.
+
+    Example: {dmc} replay capture.json
     """
     from dmc41x3.cli import recording as command
 

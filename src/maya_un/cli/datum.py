@@ -35,7 +35,10 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 
 
 def show(context: typer.Context) -> int | None:
-    """Show whether homing needs a person, and the datum."""
+    """Show whether homing needs a person, and the datum.
+
+    Example: maya datum
+    """
     if context.invoked_subcommand is not None:
         return None
     from maya_un.client import requests

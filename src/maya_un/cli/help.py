@@ -85,13 +85,14 @@ Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ct
 _EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))
 
 QUICK = {
-    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n{_EVERYWHERE}",
+    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n{_EVERYWHERE}\n\n  Example: maya status --json",
     "stop": (
         "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
         "  Stop the running robot: it decelerates along the path.\n\n"
         "  If `maya up` does not answer, or with --address, this command sends the stop\n"
         "  to the controller itself. real is the controller of the configuration.\n\n"
-        f"{_EVERYWHERE}"
+        f"{_EVERYWHERE}\n\n"
+        "  Example: maya stop --address 192.168.1.156"
     ),
 }
 """Help of the commands that bypass the parser."""

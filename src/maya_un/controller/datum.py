@@ -42,8 +42,8 @@ STRAIGHT = 1.0128
 def tension_limit(width: float) -> float:
     """Return the limit of the tension until the datum is confirmed [loads], for anchors `width` (W) apart [m].
 
-    Both lines may be shorter than stated by `TOLERANCE`. In the middle of an ellipse about the anchors T = A / (2 sqrt(A²
-    - 1)) with A = (b + c) / W, and nowhere on it more than 1.11 times that (docs/explanation/homing.md).
+    Both lines may be shorter than stated by `TOLERANCE`. In the middle of an ellipse about the anchors, a line carries
+    A / (2 sqrt(A² - 1)) loads, with A = (b + c) / W (docs/explanation/homing.md).
     """
     ratio = STRAIGHT + (TOLERANCE.b + TOLERANCE.c) / width
     return ratio / (2.0 * sqrt(ratio * ratio - 1.0))

@@ -64,6 +64,8 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     --record FILE appends one line of JSON for each 50 ms of motion, for each contact with an obstacle, and for each
     pick-up, release and drop of a part.
+
+    Example: maya dmc serve --port 5023 --speed 20
     """
     from maya_un.cli.dmc_tools import serve as command
 
@@ -131,6 +133,8 @@ def download(
     The command reads the program back to verify it. It does not send REM lines, replaces tabs by blanks, and shortens
     a comment that makes a line too long, as Galil's tools do. If the controller refuses a line, the command restores
     the old program.
+
+    Example: maya dmc download real program.dmc --run AUTO
     """
     from dmc41x3.cli import program as command
     from maya_un.cli.dmc_tools.site import guarded
@@ -149,6 +153,8 @@ def replay(
     """Replay a capture, and show the answers that differ.
 
     The command sends only what the client sent.
+
+    Example: maya dmc replay capture.json
     """
     from dmc41x3.cli import recording as command
 

@@ -24,6 +24,8 @@ def doctor(
 
     If `maya up` runs on this computer, doctor asks it about the controller. Only if none runs does doctor itself
     connect to the controller (this uses one of its handles).
+
+    Example: maya doctor --address real
     """
     from maya_un.cli.doctor import show
 
