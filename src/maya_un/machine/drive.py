@@ -24,7 +24,7 @@ class AxisDrive:
 
     `position` and `velocity` hold at the last evaluated time. While its motor is on, the commanded position of the axis
     is its reference `lag` ago, less the `shift` by which its encoder was wrong when it was switched on; with the motor
-    off it is the actual position. `limit` is the largest motor command [V].
+    off it is the actual position. `limit` is the largest motor command [V], `pressed` the switches that a hand presses.
     """
 
     __slots__ = (
@@ -35,6 +35,7 @@ class AxisDrive:
         "limit",
         "position",
         "powered",
+        "pressed",
         "scale",
         "shift",
         "start",
@@ -49,6 +50,7 @@ class AxisDrive:
     def __init__(self, truth: TrueConstants, axis: int, start: float) -> None:
         self.timeline = Timeline()
         self.powered = False
+        self.pressed = {"reverse": False, "forward": False}
         self.limit = MOTOR_LIMIT
         self.position = self.velocity = self.wanted = self.shift = 0.0
         self.start = start
@@ -159,6 +161,11 @@ class AxisDrive:
         """Return whether the reverse and the forward switch are active."""
         reverse, forward = self.switches
         return self.position <= reverse + _EDGE, self.position >= forward - _EDGE
+
+    def sensed(self) -> tuple[bool, bool]:
+        """Return whether the reverse and the forward switch are active, by the axis or by a hand."""
+        reverse, forward = self.active()
+        return reverse or self.pressed["reverse"], forward or self.pressed["forward"]
 
     def switching(self, t0: float, t1: float) -> float | None:
         """Return the first time in (t0, t1] of free motion at which a switch changes [s]."""

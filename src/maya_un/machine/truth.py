@@ -25,6 +25,8 @@ from typing import Literal, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from maya_un.machine.wiring import Wiring
+
 Pair = tuple[float, float]
 Triple = tuple[float, float, float]
 Levels = tuple[bool, bool]
@@ -55,7 +57,8 @@ class TrueConstants:
     tension of one load [V], `lag` the delay of an axis behind its reference [s], `stall_stiffness` the increase of the
     command with the following error of a blocked axis [V/count], `fall_speed` the speed at which a drum that does not
     lock pays out under load with its motor off [m/s]. `active_high` is whether a switch's input is electrically high
-    when it is active. `letters` are the axes of the controller that drive a, b and c.
+    when it is active. `letters` are the axes of the controller that drive a, b and c. `wiring` has the mistakes
+    between cabinet and motors.
     """
 
     height: float = 2.35
@@ -76,6 +79,7 @@ class TrueConstants:
     gripper_output: int = 1
     gripper_closes_on: bool = False
     letters: str = "ABC"
+    wiring: Wiring = Wiring()
 
     @property
     def width(self) -> float:
