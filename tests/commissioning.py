@@ -57,9 +57,7 @@ class JudgingPerson:
         self.asked.append(question.key)
         if question.ask is Ask.READY:
             record = self.twin.mechanics.record
-            self._last = Announced(
-                question.key, record.mark(), self.twin.mechanics.true_joints(), dict(question.most)
-            )
+            self._last = Announced(question.key, record.mark(), self.twin.mechanics.true_joints(), dict(question.most))
         chosen = self.on_ask(question)
         answer = await self._person.ask(question)
         return chosen or answer

@@ -1,4 +1,4 @@
-"""Commissioning on twins: every mistake in the wiring is named in time, and an interrupted one is safe and continues."""
+"""Commissioning on twins: mistakes in the wiring are named in time; an interrupted one is safe and continues."""
 
 from __future__ import annotations
 

@@ -119,7 +119,12 @@ class GuardedMachine:
         letters = "".join(sorted(self._letter(axis) for axis in range(3)))
         with suppress(CommandRejected):
             await self.driver.urgent(f"ST{letters}")
-        while (await self.look()).moving:
+        end = self._loop.time() + LATE
+        while True:
+            if not (await self.look()).moving:
+                break
+            if self._loop.time() > end:
+                await self.driver.urgent("AB 1")  # it does not decelerate: stop at once
             await asyncio.sleep(POLL)
         if self.supported:
             await self.driver.send(f"MO{letters}")

@@ -51,7 +51,7 @@ class Commissioning:
     `waiting` lengthens the time limits of a configuration for a twin with a faster clock.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 - all that one commissioning needs
+    def __init__(
         self,
         dial: Dial,
         address: str,
@@ -75,8 +75,8 @@ class Commissioning:
     async def run(self, steps: Sequence[Step]) -> bool:
         """Carry out the steps that have not passed yet; return whether all have passed.
 
-        A cancellation, a lost link and `QuitByPerson` end it; the results stay. Raises the errors of the link, and
-        those of claiming the controller.
+        A cancellation, a lost link and a request that is refused end it; the results stay. Raises the errors of the
+        link, those of claiming the controller, and those of the person.
         """
         try:
             for step in steps:
@@ -109,7 +109,7 @@ class Commissioning:
         except _LINK as error:
             self._note(error)
             raise
-        except MayaError as error:
+        except MachineError as error:
             self.found(error)
             self._result.state = StepState.FAILED
         finally:
@@ -118,7 +118,9 @@ class Commissioning:
     async def machine(self) -> GuardedMachine:
         """Return the claimed controller; connects if necessary."""
         if self._machine is None:
-            self._machine = await self._open.enter_async_context(claimed(self.dial, self.address, self.waiting(self.config)))
+            self._machine = await self._open.enter_async_context(
+                claimed(self.dial, self.address, self.waiting(self.config))
+            )
             await self._support(self._machine)
         return self._machine
 

@@ -7,7 +7,7 @@ from functools import partial
 from math import degrees, inf
 from typing import Any
 
-from dmc41x3.i18n import Phrase, phrase
+from dmc41x3.i18n import PHRASE, Phrase, marked, phrase
 from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
@@ -213,9 +213,7 @@ async def _direction(axis: int, s: Commissioning) -> None:
     await _back(axis, s, machine, motion)
 
 
-async def _first_motion(
-    axis: int, s: Commissioning, machine: GuardedMachine, way: float
-) -> tuple[Motion, Seen | None]:
+async def _first_motion(axis: int, s: Commissioning, machine: GuardedMachine, way: float) -> tuple[Motion, Seen | None]:
     """Try with more and more torque, until something moves."""
     name, levels = AXES[axis], machine.levels(axis)
     for level, volts in enumerate(levels):
@@ -224,7 +222,7 @@ async def _first_motion(
             break
     s.read(volts=f"{volts:.2f}")
     allowed = HOMING * s.config.homing.torque_per_load + 0.01
-    if axis and level and volts > allowed and way > 0.0 and judgement.COUNTS < abs(machine.trial(motion).counted[axis]):
+    if axis and level and volts > allowed and way > 0.0 and abs(machine.trial(motion).counted[axis]) > judgement.COUNTS:
         s.found(TorqueTooLow(axis=name, allowed=f"{allowed - 0.01:.2f}"))
     return motion, seen
 
@@ -236,9 +234,9 @@ async def _try(
     key = f"direction.{AXES[axis]}"
     bounds = {one: BOUND * machine.distance(one) for one in range(3)}
     text = phrase(
-        "Motion of {part} by {way} ({words}), with at most {volts:.1f} V. If its wiring is wrong, an axis may run away: "
-        "{a}, or {b} of line b, or {c} of line c, until the controller switches the motor off. Keep one hand at the "
-        "emergency stop, and nobody near the machine.",
+        "Motion of {part} by {way} ({words}), with at most {volts:.1f} V. If its wiring is wrong, an axis may run "
+        "away, until the controller switches its motor off: by {a} (boom), {b} (line b) or {c} (line c). Keep one hand "
+        "at the emergency stop, and nobody near the machine.",
         part=PARTS[axis],
         way=length_text(axis, abs(way)),
         words=_TOWARD[axis][way > 0.0],
@@ -371,7 +369,7 @@ async def _slow(axis: int, s: Commissioning, machine: GuardedMachine, way: float
 
 
 async def _home(s: Commissioning) -> None:
-    bounds = {axis: inf for axis in range(3)}
+    bounds = dict.fromkeys(range(3), inf)
     await s.ready(
         "home.ready",
         phrase(
@@ -427,7 +425,7 @@ def _for_axes(key: str, title: str, does: str, run: _Run, needs: tuple[str, ...]
     return tuple(
         Step(
             f"{key}.{name}",
-            phrase(title, part=PARTS[axis]),
+            title.format(part=PARTS[axis]),
             does,
             partial(run, axis),
             tuple(need if "." not in need else f"{need.partition('.')[0]}.{name}" for need in needs),
@@ -463,14 +461,14 @@ STEPS: tuple[Step, ...] = (
     ),
     *_for_axes(
         "direction",
-        "Direction of {part}",
+        marked("Direction of {part}", PHRASE),
         phrase("moves the axis by a trifle; compares command, encoder and what you see"),
         _direction,
         _WIRED,
     ),
     *_for_axes(
         "travel",
-        "Slow move of {part}",
+        marked("Slow move of {part}", PHRASE),
         phrase("moves the axis ten times as far and back; you measure the way"),
         _travel,
         (*_WIRED, "direction.x"),

@@ -71,7 +71,7 @@ class SwitchLevelsInverted(
 class SwitchesExchanged(
     MachineError,
     code=2607,
-    en="The forward and the reverse limit switch of axis {axis} are exchanged. Exchange their cables at the controller.",
+    en="The two limit switches of axis {axis} are exchanged. Exchange their cables at the controller.",
 ):
     """The limit switches of an axis are exchanged."""
 
@@ -156,8 +156,8 @@ class MotorReversed(
 class AxisBackwards(
     MachineError,
     code=2615,
-    en="Axis {axis} moves backwards, with motor and encoder in agreement. Exchange the leads of the motor, and channels "
-    "A and B of the encoder.",
+    en="Axis {axis} moves backwards, with motor and encoder in agreement. Exchange the leads of the motor, and "
+    "channels A and B of the encoder.",
 ):
     """Motor and encoder of an axis are both reversed."""
 
@@ -167,7 +167,7 @@ class AxisBackwards(
 class EncoderDead(
     MachineError,
     code=2616,
-    en="The encoder of axis {axis} does not count, although the axis moved. Check the encoder's supply, cable and plug.",
+    en="The encoder of axis {axis} does not count, although the axis moved. Check its supply, cable and plug.",
 ):
     """An encoder gives no counts."""
 
@@ -199,8 +199,8 @@ class MotorsExchanged(
 class AmplifierNotEnabled(
     MachineError,
     code=2619,
-    en="The amplifier of axis {axis} is not enabled: its motor got no power. Check the enable signal (AEN), its jumper, "
-    "and the supply of the amplifier.",
+    en="The amplifier of axis {axis} is not enabled: its motor got no power. Check the enable signal (AEN), its "
+    "jumper, and the supply of the amplifier.",
 ):
     """An amplifier gets no enable signal, or has no supply."""
 
@@ -210,8 +210,8 @@ class AmplifierNotEnabled(
 class BrakeClosed(
     MachineError,
     code=2620,
-    en="Axis {axis} does not move with {volts} V of motor command, and its amplifier is enabled. Release its brake, and "
-    "look for a jam and for a loose motor cable.",
+    en="Axis {axis} does not move with {volts} V of motor command, and its amplifier is enabled. Release its brake, "
+    "and look for a jam and for a loose motor cable.",
 ):
     """A motor pushes and nothing moves."""
 

@@ -22,7 +22,7 @@ from dmc41x3.twin.timeline import Timeline, TimelinePiece
 from maya_un.machine.log import Place
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import StartPose, Triple, TrueConstants
-from maya_un.machine.wiring import AXES, SIDES, Wiring
+from maya_un.machine.wiring import AXES, SIDES, WIRED
 
 
 @dataclass(slots=True)
@@ -53,7 +53,7 @@ def built(
 ) -> tuple[MayaMechanics, Plant]:
     """Return the mechanics of a machine, and the plant that a controller drives: with the mistakes of its wiring."""
     wiring = truth.wiring
-    if wiring == Wiring():
+    if wiring == WIRED:
         body = MayaMechanics(truth, start, parts, trace=trace)
         return body, body
     moved = {wiring.motor_of(axis) for axis in range(3) if wiring.servo_faulty(axis)}
@@ -153,8 +153,10 @@ class MiswiredPlant:
     def velocity(self, axis: int) -> float:
         """Return the speed that the encoder input of an axis reads [counts/s]."""
         servo = self._servos.get(axis)
-        return self._body.velocity(axis) if servo is None else servo.units * self._body.velocity(
-            self._axis_of[servo.encoder]
+        return (
+            self._body.velocity(axis)
+            if servo is None
+            else servo.units * self._body.velocity(self._axis_of[servo.encoder])
         )
 
     def torque(self, axis: int) -> float:
@@ -210,5 +212,3 @@ class MiswiredPlant:
     def force_inputs(self, axis: int, **levels: bool | None) -> None:
         """Hold inputs at a level, or release them (None)."""
         self._body.force_inputs(axis, **levels)
-
-

@@ -25,7 +25,7 @@ from typing import Literal, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.machine.wiring import Wiring
+from maya_un.machine.wiring import WIRED, Wiring
 
 Pair = tuple[float, float]
 Triple = tuple[float, float, float]
@@ -79,7 +79,7 @@ class TrueConstants:
     gripper_output: int = 1
     gripper_closes_on: bool = False
     letters: str = "ABC"
-    wiring: Wiring = Wiring()
+    wiring: Wiring = WIRED
 
     @property
     def width(self) -> float:

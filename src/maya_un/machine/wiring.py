@@ -7,7 +7,9 @@ of the machine already: `letters`, `active_high`, `gripper_output`, `gripper_clo
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
+
+from dmc41x3.i18n import phrase
 
 Names = tuple[str, ...]
 
@@ -25,6 +27,8 @@ class Wiring:
     name switches. `stop` is the wiring of the emergency stop to the abort input.
     """
 
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
     encoder_reversed: Names = ()
     encoder_dead: Names = ()
     encoder_factor: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -37,6 +41,17 @@ class Wiring:
     switch_open: Names = ()
     switch_inverted: Names = ()
     stop: Literal["wired", "open", "inverted"] = "wired"
+
+    def __post_init__(self) -> None:
+        """Raise `ValueError` for a name of no axis or switch."""
+        axes = (
+            *(self.encoder_reversed + self.encoder_dead + self.encoders_exchanged),
+            *(self.motor_reversed + self.motors_exchanged + self.amplifier_off + self.brake_closed),
+            *self.switches_exchanged,
+        )
+        switches = {f"{axis} {side}" for axis in AXES for side in SIDES}
+        if not set(axes) <= set(AXES) or not set(self.switch_open + self.switch_inverted) <= switches:
+            raise ValueError(phrase("axes are a, b, c, and switches are like 'b forward'"))
 
     def encoder_of(self, axis: int) -> int:
         """Return the axis (0 to 2) whose movement the encoder input of `axis` counts."""
@@ -63,6 +78,10 @@ class Wiring:
     def abort_active(self, *, pressed: bool) -> bool:
         """Return whether the abort input is active while the emergency stop is pressed, or released."""
         return pressed if self.stop == "wired" else not pressed and self.stop == "inverted"
+
+
+WIRED = Wiring()
+"""A machine without mistakes."""
 
 
 def _exchanged(pair: Names, axis: int) -> int:

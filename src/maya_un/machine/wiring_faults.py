@@ -130,5 +130,3 @@ def drawn(rng: Random, plan: TrueConstants, kind: str | None = None) -> WiringFa
     name: str = kind or _pick(rng, tuple(KINDS))
     part, truth = KINDS[name](rng, plan)
     return WiringFault(name, part, truth)
-
-

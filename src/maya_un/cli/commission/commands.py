@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from dmc41x3.address import REAL
-from maya_un.cli.dmc_tools.commands import Seed, TwinSpeed
+from maya_un.cli.dmc_tools.commands import Seed, Truth, TwinSpeed
 from maya_un.cli.settings import settings_of
 
 
@@ -16,7 +16,7 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.command(**how)(commission)
 
 
-def commission(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
+def commission(
     context: typer.Context,
     address: Annotated[
         str, typer.Option(metavar="WHERE", help="the controller: real, HOST or HOST:PORT; sim rehearses on a twin")
@@ -36,13 +36,7 @@ def commission(  # noqa: PLR0913, PLR0917 - every option of a command is a param
         str | None, typer.Option(metavar="FILE", help="write the report to this file, as Markdown")
     ] = None,
     seed: Seed = None,
-    truth: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="with sim: as for `maya dmc serve`; the word miswired draws a mistake in the wiring, chosen by --seed",
-        ),
-    ] = None,
+    truth: Truth = None,
     speed: TwinSpeed = None,
 ) -> int:
     """Check the wiring of a new machine, step by step, together with you.

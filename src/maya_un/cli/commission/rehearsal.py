@@ -10,6 +10,8 @@ from maya_un.machine.truth import Switch
 VISIBLE = 3e-4
 """A shorter motion is not seen [m]; of the boom, at its end."""
 
+_LOOKS = {Ask.SEEN, Ask.LENGTH, Ask.LAMP, Ask.GRIPPER}
+
 
 class TwinPerson:
     """A person who follows all instructions correctly."""
@@ -21,32 +23,38 @@ class TwinPerson:
     async def ask(self, question: Question) -> str:
         """Carry out the instruction, and return what there is to see."""
         self._twin.controller.look()
+        return self._found(question) if question.ask in _LOOKS else self._done(question)
+
+    def tell(self, text: Phrase) -> None:
+        """Take note."""
+
+    def _done(self, question: Question) -> str:
+        """Do what is asked for."""
         match question.ask:
             case Ask.READY:
                 self._before = self._twin.mechanics.true_joints()
-                return GO
             case Ask.PRESS_SWITCH | Ask.RELEASE_SWITCH:
                 return self._switch(question)
             case Ask.PRESS_STOP | Ask.RELEASE_STOP:
                 self._twin.press_stop(pressed=question.ask is Ask.PRESS_STOP)
-                return GO
+            case Ask.SUPPORT | Ask.FREE:
+                self._twin.mechanics.support(question.ask is Ask.SUPPORT)
+            case _:
+                return NO
+        return GO
+
+    def _found(self, question: Question) -> str:
+        """Look at what is asked for."""
+        assert question.axis is not None or question.ask is Ask.GRIPPER
+        match question.ask:
             case Ask.SEEN:
                 return self._seen()
             case Ask.LENGTH:
-                return self._length(question)
-            case Ask.GRIPPER:
-                return "closed" if self._twin.mechanics.record.gripper_closed else "open"
+                return f"{abs(self._ways()[question.axis or 0]) * 1e3:.1f}"
             case Ask.LAMP:
-                assert question.axis is not None
-                return NO if "abc"[question.axis] in self._twin.mechanics.truth.wiring.amplifier_off else YES
-            case Ask.SUPPORT | Ask.FREE:
-                self._twin.mechanics.support(question.ask is Ask.SUPPORT)
-                return GO
-            case Ask.CONFIRM:
-                return NO
-
-    def tell(self, text: Phrase) -> None:
-        """Take note."""
+                return NO if "abc"[question.axis or 0] in self._twin.mechanics.truth.wiring.amplifier_off else YES
+            case _:
+                return "closed" if self._twin.mechanics.record.gripper_closed else "open"
 
     def _switch(self, question: Question) -> str:
         assert question.axis is not None
@@ -71,7 +79,3 @@ class TwinPerson:
         if abs(ways[axis]) < VISIBLE:
             return NOTHING
         return f"{'abc'[axis]}{'+' if ways[axis] > 0.0 else '-'}"
-
-    def _length(self, question: Question) -> str:
-        assert question.axis is not None
-        return f"{abs(self._ways()[question.axis]) * 1e3:.1f}"

@@ -9,7 +9,6 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
-from random import Random
 from typing import Any, NamedTuple
 
 from dmc41x3.address import SIM
@@ -18,7 +17,7 @@ from dmc41x3.files import write
 from dmc41x3.i18n import phrase, translate, translate_phrase
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.wire.transport import Transport
-from maya_un.assembly import machine_of, make_twin, patient, to_controller
+from maya_un.assembly import make_twin, patient, to_controller
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.commission.people import ScriptedPerson, TerminalPerson, answers_of
@@ -32,13 +31,8 @@ from maya_un.commission.steps import STEPS
 from maya_un.config import Config
 from maya_un.config.state_folder import own_state_folder
 from maya_un.controller.registers import Dial
-from maya_un.machine.truth import TrueConstants
-from maya_un.machine.wiring_faults import drawn
 from maya_un.schema.configuration import SettingDifference
 from maya_un.service import configuring
-
-MISWIRED = "miswired"
-"""The word for a twin with a mistake in its wiring, which --seed chooses."""
 
 
 class CommissionOptions(NamedTuple):
@@ -173,7 +167,7 @@ async def _machine(
         yield to_controller(address, config), shown
         return
     seed = options.seed or 0
-    twin = make_twin(config, seed=seed, truth=_truth(options.truth, config, seed))
+    twin = make_twin(config, seed=seed, truth=truth_of_twin(options.truth, config, seed))
 
     async def to_twin() -> Transport:
         return twin.controller.loopback()
@@ -183,9 +177,3 @@ async def _machine(
         yield to_twin, ScriptedPerson(answers, TwinPerson(twin), shown, ready=sys.stdin.isatty() and not answers)
     finally:
         await twin.controller.close()
-
-
-def _truth(truth: str | None, config: Config, seed: int) -> TrueConstants | None:
-    if truth == MISWIRED:
-        return drawn(Random(seed), machine_of(config)).truth
-    return truth_of_twin(truth, config, seed)
