@@ -36,13 +36,17 @@ class QuitByPerson(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A step: its stable `key`, its title, what it does (for people), and the steps that must have passed before."""
+    """A step: its stable `key`, its title, what it does (for people), and the steps that must have passed before.
+
+    A step that is needed `again` is repeated by every program that continues.
+    """
 
     key: str
     title: Phrase
     does: Phrase
     run: Callable[[Commissioning], Awaitable[None]]
     needs: tuple[str, ...] = ()
+    again: bool = False
 
 
 class Commissioning:
@@ -78,6 +82,10 @@ class Commissioning:
         A cancellation, a lost link and a request that is refused end it; the results stay. Raises the errors of the
         link, those of claiming the controller, and those of the person.
         """
+        if not all(self.progress.done(step.key) for step in steps):
+            for step in steps:
+                if step.again:
+                    self.progress.results.pop(step.key, None)
         try:
             for step in steps:
                 await self._step(step)

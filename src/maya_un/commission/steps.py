@@ -122,9 +122,10 @@ async def _limits(s: Commissioning) -> None:
 
 async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: Side) -> Press:
     before = await machine.switches()
-    where = {"part": PARTS[axis], "end": _ENDS[axis][side]}
     key = f"limits.{AXES[axis]}.{side}"
-    press = phrase("Press the limit switch at the {end} of {part} by hand, and hold it.", **where)
+    press = phrase(
+        "Press the limit switch at the {end} of {part} by hand, and hold it.", end=_ENDS[axis][side], part=PARTS[axis]
+    )
     already = Choice(ALREADY, phrase("a: the axis itself presses it now"))
     answer = await s.ask(Question(f"{key}.press", Ask.PRESS_SWITCH, press, (*DONE, already), axis, side))
     pressed = await machine.switches()
@@ -444,6 +445,7 @@ STEPS: tuple[Step, ...] = (
         phrase("you press it; the abort input must follow"),
         _stop,
         ("connection",),
+        again=True,
     ),
     Step(
         "limits",
@@ -462,7 +464,7 @@ STEPS: tuple[Step, ...] = (
     *_for_axes(
         "direction",
         marked("Direction of {part}", PHRASE),
-        phrase("moves the axis by a trifle; compares command, encoder and what you see"),
+        phrase("moves the axis by a little; compares command, encoder and what you see"),
         _direction,
         _WIRED,
     ),
