@@ -9,8 +9,8 @@ from typing import Any
 
 from dmc41x3.i18n import Phrase, phrase
 from maya_un.commission.guarded import Bounds, GuardedMachine, claimed
-from maya_un.commission.progress import CommissioningProgress, StepResult, StepState
-from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Ask, Choice, Person, Question
+from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress
+from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Ask, Person, PossibleAnswer, Question
 from maya_un.config import Config
 from maya_un.config.files import checked
 from maya_un.controller.registers import Dial
@@ -20,9 +20,9 @@ from maya_un.values import AXES
 _LINK = (ConnectFailed, LinkLost, LinkTimeout, NotConnected)
 
 _READY = (
-    Choice(GO, phrase("Enter: go on")),
-    Choice(SKIP, phrase("s: skip this step")),
-    Choice(QUIT, phrase("q: quit; a later `maya commission` continues here")),
+    PossibleAnswer(GO, phrase("Enter: go on")),
+    PossibleAnswer(SKIP, phrase("s: skip this step")),
+    PossibleAnswer(QUIT, phrase("q: quit; a later `maya commission` continues here")),
 )
 
 
@@ -35,7 +35,7 @@ class QuitByPerson(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class CommissioningStep:
     """A step: its stable `key`, its title, what it does (for people), and the steps that must have passed before.
 
     A step that is needed `again` is repeated by every program that continues.
@@ -70,13 +70,13 @@ class Commissioning:
         self.person = person
         self.progress = progress
         self._present = config
-        self._result = StepResult()
+        self._result = CheckResult()
         self._fatal = False
         self._open = AsyncExitStack()
         self._machine: GuardedMachine | None = None
         self.config = self._corrected(progress.changes) or config
 
-    async def run(self, steps: Sequence[Step]) -> bool:
+    async def run(self, steps: Sequence[CommissioningStep]) -> bool:
         """Carry out the steps that have not passed yet; return whether all have passed.
 
         A cancellation, a lost link and a request that is refused end it; the results stay. Raises the errors of the
@@ -95,31 +95,31 @@ class Commissioning:
             await self.disconnect()
         return all(self.progress.done(step.key) for step in steps)
 
-    async def _step(self, step: Step) -> None:
+    async def _step(self, step: CommissioningStep) -> None:
         if self.progress.done(step.key):
             self.person.tell(phrase("{title}: passed before.", title=step.title))
             return
-        self._result, self._fatal = StepResult(), False
+        self._result, self._fatal = CheckResult(), False
         self.progress.results[step.key] = self._result
         missing = [key for key in step.needs if not self.progress.done(key)]
         if missing:
-            self._result.state = StepState.BLOCKED
+            self._result.state = CheckState.BLOCKED
             self._result.readings["needs"] = ", ".join(missing)
             self.progress.save()
             return
         self.person.tell(phrase("--- {title}", title=step.title))
         try:
             await step.run(self)
-            corrected = StepState.CORRECTED if self._result.errors else StepState.PASSED
-            self._result.state = StepState.FAILED if self._fatal else corrected
+            corrected = CheckState.CORRECTED if self._result.errors else CheckState.PASSED
+            self._result.state = CheckState.FAILED if self._fatal else corrected
         except Skipped:
-            self._result.state = StepState.SKIPPED
+            self._result.state = CheckState.SKIPPED
         except _LINK as error:
             self._note(error)
             raise
         except MachineError as error:
             self.found(error)
-            self._result.state = StepState.FAILED
+            self._result.state = CheckState.FAILED
         finally:
             self.progress.save()
 

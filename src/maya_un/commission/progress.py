@@ -16,7 +16,7 @@ FILE = "commissioning.json"
 """Name of the file in the state folder."""
 
 
-class StepState(StrEnum):
+class CheckState(StrEnum):
     """How a step ended."""
 
     PASSED = "passed"
@@ -29,14 +29,14 @@ class StepState(StrEnum):
     @property
     def done(self) -> bool:
         """Whether the step need not be repeated."""
-        return self in {StepState.PASSED, StepState.CORRECTED}
+        return self in {CheckState.PASSED, CheckState.CORRECTED}
 
 
 @dataclass(slots=True)
-class StepResult:
+class CheckResult:
     """The result of a step: mistakes as (code, English sentence), and readings by name."""
 
-    state: StepState = StepState.INTERRUPTED
+    state: CheckState = CheckState.INTERRUPTED
     errors: list[tuple[int, str]] = field(default_factory=list[tuple[int, str]])
     readings: dict[str, Any] = field(default_factory=dict[str, Any])
 
@@ -50,7 +50,7 @@ class CommissioningProgress:
 
     address: str
     path: Path | None = None
-    results: dict[str, StepResult] = field(default_factory=dict[str, StepResult])
+    results: dict[str, CheckResult] = field(default_factory=dict[str, CheckResult])
     changes: dict[str, Any] = field(default_factory=dict[str, Any])
 
     @classmethod
@@ -88,22 +88,22 @@ class CommissioningProgress:
         return {"address": self.address, "steps": steps, "changes": self.changes}
 
 
-def _result(value: Mapping[str, Any]) -> StepResult:
+def _result(value: Mapping[str, Any]) -> CheckResult:
     errors = [(int(error["code"]), str(error["message"])) for error in value["errors"]]
-    return StepResult(StepState(value["state"]), errors, dict(value["readings"]))
+    return CheckResult(CheckState(value["state"]), errors, dict(value["readings"]))
 
 
-_STATES: Mapping[StepState, str] = {
-    StepState.PASSED: marked("passed"),
-    StepState.CORRECTED: marked("passed after a correction of the configuration"),
-    StepState.FAILED: marked("failed"),
-    StepState.SKIPPED: marked("skipped"),
-    StepState.BLOCKED: marked("waits for other steps"),
-    StepState.INTERRUPTED: marked("interrupted"),
+_STATES: Mapping[CheckState, str] = {
+    CheckState.PASSED: marked("passed"),
+    CheckState.CORRECTED: marked("passed after a correction of the configuration"),
+    CheckState.FAILED: marked("failed"),
+    CheckState.SKIPPED: marked("skipped"),
+    CheckState.BLOCKED: marked("waits for other steps"),
+    CheckState.INTERRUPTED: marked("interrupted"),
 }
 
 
-def state_text(state: StepState, language: str) -> str:
+def state_text(state: CheckState, language: str) -> str:
     """Return a state in words."""
     return translate(_STATES[state], language)
 

@@ -38,7 +38,7 @@ class Ask(StrEnum):
     CONFIRM = "confirm"
 
 
-class Choice(NamedTuple):
+class PossibleAnswer(NamedTuple):
     """An answer that is possible, and its meaning in words."""
 
     value: str
@@ -57,7 +57,7 @@ class Question:
     key: str
     ask: Ask
     text: Phrase
-    choices: tuple[Choice, ...] = ()
+    choices: tuple[PossibleAnswer, ...] = ()
     axis: int | None = None
     side: str = ""
     most: Mapping[int, float] = field(default_factory=dict[int, float])
@@ -75,5 +75,5 @@ class Person(Protocol):
         ...
 
 
-DONE = (Choice(GO, phrase("Enter: done")),)
+DONE = (PossibleAnswer(GO, phrase("Enter: done")),)
 """The choice after an instruction."""

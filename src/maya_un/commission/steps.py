@@ -11,8 +11,8 @@ from dmc41x3.i18n import PHRASE, Phrase, marked, phrase
 from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
-from maya_un.commission.procedure import Commissioning, Skipped, Step
-from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, Ask, Choice, Question
+from maya_un.commission.procedure import Commissioning, CommissioningStep, Skipped
+from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, Ask, PossibleAnswer, Question
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import HOMING
 from maya_un.errors import (
@@ -126,7 +126,7 @@ async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: S
     press = phrase(
         "Press the limit switch at the {end} of {part} by hand, and hold it.", end=_ENDS[axis][side], part=PARTS[axis]
     )
-    already = Choice(ALREADY, phrase("a: the axis itself presses it now"))
+    already = PossibleAnswer(ALREADY, phrase("a: the axis itself presses it now"))
     answer = await s.ask(Question(f"{key}.press", Ask.PRESS_SWITCH, press, (*DONE, already), axis, side))
     pressed = await machine.switches()
     if answer != ALREADY:
@@ -135,7 +135,7 @@ async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: S
 
 
 _OPEN, _CLOSED = "open", "closed"
-_JAWS = (Choice(_OPEN, phrase("o: open")), Choice(_CLOSED, phrase("c: closed")))
+_JAWS = (PossibleAnswer(_OPEN, phrase("o: open")), PossibleAnswer(_CLOSED, phrase("c: closed")))
 
 
 async def _gripper(s: Commissioning) -> None:
@@ -249,11 +249,11 @@ async def _try(
     await s.ready(f"{key}{suffix}.ready", text, bounds)
     motion = await machine.move(axis, way, volts)
     choices = [
-        Choice(f"{name}{sign}", phrase("{part} moved ({words})", part=part, words=words))
+        PossibleAnswer(f"{name}{sign}", phrase("{part} moved ({words})", part=part, words=words))
         for name, part, ways in zip(AXES, PARTS, _TOWARD, strict=True)
         for sign, words in zip("-+", ways, strict=True)
     ]
-    choices.append(Choice(NOTHING, phrase("nothing moved")))
+    choices.append(PossibleAnswer(NOTHING, phrase("nothing moved")))
     answer = await s.ask(
         Question(f"{key}{suffix}.seen", Ask.SEEN, phrase("What moved, and in which direction?"), tuple(choices), axis)
     )
@@ -262,7 +262,7 @@ async def _try(
 
 
 async def _explain_rest(axis: int, s: Commissioning, volts: float) -> None:
-    lamp = (Choice(YES, phrase("y: yes")), Choice(NO, phrase("n: no")))
+    lamp = (PossibleAnswer(YES, phrase("y: yes")), PossibleAnswer(NO, phrase("n: no")))
     text = phrase("Is the amplifier of {part} enabled (its lamp, or a voltage at the motor)?", part=PARTS[axis])
     machine = await s.machine()
     answer = await s.ask(Question(f"direction.{AXES[axis]}.lamp", Ask.LAMP, text, lamp, axis))
@@ -422,9 +422,9 @@ def length_text(axis: int, way: float) -> Phrase:
 _Run = Callable[[int, Commissioning], Coroutine[Any, Any, None]]
 
 
-def _for_axes(key: str, title: str, does: str, run: _Run, needs: tuple[str, ...]) -> tuple[Step, ...]:
+def _for_axes(key: str, title: str, does: str, run: _Run, needs: tuple[str, ...]) -> tuple[CommissioningStep, ...]:
     return tuple(
-        Step(
+        CommissioningStep(
             f"{key}.{name}",
             title.format(part=PARTS[axis]),
             does,
@@ -437,9 +437,11 @@ def _for_axes(key: str, title: str, does: str, run: _Run, needs: tuple[str, ...]
 
 _WIRED = ("connection", "stop", "limits")
 
-STEPS: tuple[Step, ...] = (
-    Step("connection", phrase("Controller"), phrase("identifies controller, firmware and amplifiers"), _connection),
-    Step(
+STEPS: tuple[CommissioningStep, ...] = (
+    CommissioningStep(
+        "connection", phrase("Controller"), phrase("identifies controller, firmware and amplifiers"), _connection
+    ),
+    CommissioningStep(
         "stop",
         phrase("Emergency stop"),
         phrase("you press it; the abort input must follow"),
@@ -447,14 +449,14 @@ STEPS: tuple[Step, ...] = (
         ("connection",),
         again=True,
     ),
-    Step(
+    CommissioningStep(
         "limits",
         phrase("Limit switches"),
         phrase("you press each switch by hand; finds the level, exchanged and missing switches, and exchanged axes"),
         _limits,
         ("connection",),
     ),
-    Step(
+    CommissioningStep(
         "gripper",
         phrase("Gripper"),
         phrase("you look whether it opens and closes; finds its output and the level that closes it"),
@@ -475,14 +477,14 @@ STEPS: tuple[Step, ...] = (
         _travel,
         (*_WIRED, "direction.x"),
     ),
-    Step(
+    CommissioningStep(
         "home",
         phrase("First homing"),
         phrase("finds all switches and measures the strokes"),
         _home,
         (*_WIRED, "gripper", *(f"{key}.{name}" for key in ("direction", "travel") for name in AXES)),
     ),
-    Step(
+    CommissioningStep(
         "calibration",
         phrase("Calibration"),
         phrase("says how to measure points, with `maya calibrate`"),

@@ -12,7 +12,7 @@ from pathlib import Path
 from dmc41x3.i18n import Phrase, marked, phrase, translate, translate_phrase
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.commission.questions import QUIT, Ask, Choice, Person, Question
+from maya_un.commission.questions import QUIT, Ask, Person, PossibleAnswer, Question
 from maya_un.config.files import text_of
 from maya_un.errors import FileUnreadable, InvalidValue
 
@@ -80,7 +80,7 @@ class TerminalPerson:
             output.say(text)
 
 
-def _keys(choices: tuple[Choice, ...]) -> dict[str, str]:
+def _keys(choices: tuple[PossibleAnswer, ...]) -> dict[str, str]:
     """Return the answers by what a person types: the letter before the colon, "" for Enter, else a number."""
     found: dict[str, str] = {}
     for number, choice in enumerate(choices, 1):
