@@ -45,25 +45,30 @@ HELD = 0.2
 """A motor that was switched on is watched for this time before it moves [s]."""
 
 LEVELS = (0.1, 0.3, 1.0)
-"""Torque limits of the boom, one after another [shares of the greatest]."""
+"""Torque limits of the boom, one after another [shares of the machine's own]."""
 
 LINES = (2.0, 4.0)
 """Torque limits of a line [loads], before the one for the greatest tension."""
 
 _MOST = 9.9982
+_NOT_NOTED = -1
 _LEAST = 20
 _STEP = 20.0 / 65536.0
 _AT_LIMIT = 22
 
 
 class Motion(NamedTuple):
-    """The readings before and after a motion of `axis` by `counts`, and whether the controller switched it off."""
+    """The readings before and after a motion of `axis` by `counts`, and whether the controller switched it off.
+
+    `begun` is false if it was switched off before its motion: as soon as its motor was on.
+    """
 
     axis: int
     counts: int
     before: AxesReading
     after: AxesReading
     tripped: bool
+    begun: bool = True
 
     def moved(self, axis: int) -> int:
         """Return by how much the encoder of an axis counted [counts]."""
@@ -80,6 +85,7 @@ class GuardedMachine:
         """Whether the load stays without motors: the drums lock, or a person has supported the gripper."""
         self._watchdog = watchdog
         self._loop = asyncio.get_running_loop()
+        self._torque: dict[str, float] = {}
         self._use(config)
 
     def _use(self, config: Config) -> None:
@@ -92,6 +98,24 @@ class GuardedMachine:
         self._use(config)
         await self.rest()
         await Registers(config).configure(self.driver)
+
+    async def keep_torque(self) -> None:
+        """Note the torque limits of the machine, in the controller too: a lost link must not make a trial's last."""
+        for letter in "ABC":
+            try:
+                volts = await self.driver.value(_noted(letter))
+            except CommandRejected:
+                volts = _NOT_NOTED
+            if volts < 0.0:
+                volts = await self.driver.value(f"_TL{letter}")
+                await self.driver.send(f"{_noted(letter)}={volts:.4f}")
+            self._torque[letter] = volts
+
+    async def restore_torque(self) -> None:
+        """Write the noted torque limits back; raises as `Driver.batch`."""
+        for letter, volts in self._torque.items():
+            await self.driver.batch([f"TL{letter}={volts + 1e-5:.5f}", f"{_noted(letter)}={_NOT_NOTED}"])
+        self._torque = {}
 
     async def look(self) -> AxesReading:
         """Return the present readings of a, b, c."""
@@ -147,7 +171,8 @@ class GuardedMachine:
         """Return the torque limits of trials, one after another [V]."""
         config = self.config
         if axis == 0:
-            return tuple(_cut(share * _MOST) for share in LEVELS)
+            most = self._torque.get(self._letter(axis), _MOST)
+            return tuple(_cut(share * most) for share in LEVELS)
         most = Torque(config).most[self._letter(axis)]
         return (*(_cut(min(most, loads * config.homing.torque_per_load)) for loads in LINES), most)
 
@@ -191,12 +216,12 @@ class GuardedMachine:
             ],
         )
         await asyncio.sleep(HELD)
-        held = await self.look()
-        if not self._off(held, axis):
+        begun = not self._off(await self.look(), axis)
+        if begun:
             await self._begin(axis, letter, counts)
             await self._ended(axis, letter, abs(counts) / speed + speed / rate + LATE)
         after = await self.look()
-        return Motion(axis, counts, before, after, self._off(after, axis))
+        return Motion(axis, counts, before, after, self._off(after, axis), begun)
 
     async def _begin(self, axis: int, letter: str, counts: int) -> None:
         await self._watchdog.load(self.driver, [])
@@ -238,6 +263,11 @@ class GuardedMachine:
         return look.record.axes[self._order[axis]].motor_off
 
 
+def _noted(letter: str) -> str:
+    """Return the variable of the controller with the torque limit of an axis before a commissioning."""
+    return f"mayatl{letter.lower()}"
+
+
 def _cut(volts: float) -> float:
     return floor(volts / _STEP) * _STEP
 
@@ -262,6 +292,7 @@ async def claimed(dial: Dial, address: str, config: Config) -> AsyncIterator[Gua
             return (await one.look()).moving
 
         await watchdog.claim(driver, address, moving)
+        await machine.keep_torque()
         await machine.configure(config)
         await machine.guard()
         yield machine
@@ -280,6 +311,7 @@ async def _released(driver: Driver, watchdog: Watchdog, machine: GuardedMachine 
             with suppress(MayaError):
                 if await watchdog.owner.holds(driver):
                     await machine.rest()
+                    await machine.restore_torque()
         with suppress(MayaError):
             await watchdog.close(driver if up else None)
     finally:

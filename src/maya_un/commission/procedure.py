@@ -113,15 +113,21 @@ class Commissioning:
             corrected = CheckState.CORRECTED if self._result.errors else CheckState.PASSED
             self._result.state = CheckState.FAILED if self._fatal else corrected
         except Skipped:
+            await self._calm()
             self._result.state = CheckState.SKIPPED
         except _LINK as error:
             self._note(error)
             raise
         except MachineError as error:
+            await self._calm()
             self.found(error)
             self._result.state = CheckState.FAILED
         finally:
             self.progress.save()
+
+    async def _calm(self) -> None:
+        if self._machine is not None:
+            await self._machine.rest()
 
     async def machine(self) -> GuardedMachine:
         """Return the claimed controller; connects if necessary."""
@@ -137,7 +143,7 @@ class Commissioning:
         if machine.supported:
             return
         text = phrase("The drums do not lock. Support the gripper, so that the lines do not carry it.")
-        await self.person.ask(Question("connection.support", Ask.SUPPORT, text, DONE))
+        await self.ask(Question("connection.support", Ask.SUPPORT, text, DONE))
         machine.supported = True
         await machine.rest()
 
@@ -183,15 +189,15 @@ class Commissioning:
         """Announce what happens next, and how far axes move at most; raises `Skipped` and `QuitByPerson`."""
         part = key.split(".")[1]
         axis = AXES.index(part) if part in AXES else None
-        answer = await self.person.ask(Question(key, Ask.READY, text, _READY, axis, most=most or {}))
-        if answer == SKIP:
+        if await self.ask(Question(key, Ask.READY, text, _READY, axis, most=most or {})) == SKIP:
             raise Skipped
-        if answer == QUIT:
-            raise QuitByPerson
 
     async def ask(self, question: Question) -> str:
-        """Return the answer to a question."""
-        return await self.person.ask(question)
+        """Return the answer to a question; raises `QuitByPerson`."""
+        answer = await self.person.ask(question)
+        if answer == QUIT:
+            raise QuitByPerson
+        return answer
 
     def _corrected(self, changes: Mapping[str, Any]) -> Config | None:
         keys: dict[str, Any] = {}

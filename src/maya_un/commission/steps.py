@@ -18,6 +18,7 @@ from maya_un.controller.registers import HOMING
 from maya_un.errors import (
     AmplifierFault,
     AmplifierNotEnabled,
+    AxisUnstable,
     BrakeClosed,
     CommandRejected,
     EncoderScaleWrong,
@@ -200,6 +201,9 @@ async def _direction(axis: int, s: Commissioning) -> None:
     if judgement.nothing_moved(trial, seen):
         await _explain_rest(axis, s, levels[-1])
         return
+    if not motion.begun:
+        s.found(AxisUnstable(axis=AXES[axis]))
+        return
     letters = "".join(s.config.axes[one].letter for one in range(3))
     error = judgement.direction(trial, seen, letters)
     if isinstance(error, judgement.EncoderWithoutMotion) and not motion.tripped:
@@ -211,21 +215,29 @@ async def _direction(axis: int, s: Commissioning) -> None:
         s.found(error)
         await machine.off(axis)
         return
+    _require_arrived(axis, s, machine, motion)
     await _back(axis, s, machine, motion)
 
 
 async def _first_motion(axis: int, s: Commissioning, machine: GuardedMachine, way: float) -> tuple[Motion, Seen | None]:
     """Try with more and more torque, until something moves."""
-    name, levels = AXES[axis], machine.levels(axis)
-    for level, volts in enumerate(levels):
+    name = AXES[axis]
+    for level, volts in enumerate(machine.levels(axis)):
         motion, seen = await _try(axis, s, machine, way, volts, f".{level}" if level else "")
-        if not judgement.nothing_moved(machine.trial(motion), seen):
+        trial = machine.trial(motion)
+        right = not motion.tripped or judgement.direction(trial, seen) is not None
+        if right and not judgement.nothing_moved(trial, seen):
             break
     s.read(volts=f"{volts:.2f}")
-    allowed = HOMING * s.config.homing.torque_per_load + 0.01
-    if axis and level and volts > allowed and way > 0.0 and abs(machine.trial(motion).counted[axis]) > judgement.COUNTS:
-        s.found(TorqueTooLow(axis=name, allowed=f"{allowed - 0.01:.2f}"))
+    allowed = HOMING * s.config.homing.torque_per_load
+    if level and volts > allowed and _tells_torque(axis, way) and abs(trial.counted[axis]) > judgement.COUNTS:
+        s.found(TorqueTooLow(axis=name, allowed=f"{allowed:.2f}"))
     return motion, seen
+
+
+def _tells_torque(axis: int, way: float) -> bool:
+    """Return whether a motion needs friction only: a line becomes longer. What a shorter one needs is not known."""
+    return axis > 0 and way > 0.0
 
 
 async def _try(
@@ -304,10 +316,17 @@ async def _measured(
 
 async def _back(axis: int, s: Commissioning, machine: GuardedMachine, motion: Motion) -> None:
     """Move an axis back, and switch its motor off; it may end at a switch, if it stood there."""
-    way = -motion.moved(axis) / machine.units.per_unit[axis]
+    scale, levels = machine.units.per_unit[axis], machine.levels(axis)
+    way = -motion.moved(axis) / scale
+    enough = levels[1] if _tells_torque(axis, way) else levels[-1]
     try:
-        back = await machine.move(axis, way, machine.levels(axis)[-1])
+        back = await machine.move(axis, way, enough)
+        if back.tripped and enough < levels[-1]:
+            back = await machine.move(axis, way - back.moved(axis) / scale, levels[-1])
+            if not back.tripped:
+                s.found(TorqueTooLow(axis=AXES[axis], allowed=f"{enough:.2f}"))
     except SwitchBlocks:
+        await machine.off(axis)
         return
     await machine.off(axis)
     if not back.after.met(axis, SIDES[way > 0.0]):

@@ -268,3 +268,15 @@ class MotionNotCompleted(
     measured: Phrase
     wanted: Phrase
     reason: Phrase
+
+
+class AxisUnstable(
+    MachineError,
+    code=2625,
+    en="Axis {axis} moved as soon as its motor was switched on, and the controller switched it off: motor and encoder "
+    "count in opposite directions. Exchange the leads of the motor or the channels of the encoder, then test the "
+    "direction again.",
+):
+    """An axis ran away before it was commanded to move: the feedback is positive."""
+
+    axis: str

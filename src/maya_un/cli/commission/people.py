@@ -67,6 +67,8 @@ class TerminalPerson:
             answer = keys.get(word, word)
             if valid(question, answer):
                 return answer
+            if word in {"q", "quit"}:
+                return QUIT
             self._say(translate(marked("This is not an answer. Enter it again."), language))
 
     def tell(self, text: Phrase) -> None:
