@@ -62,7 +62,7 @@ class AxisDrive:
         gap = truth.gaps[axis]
         self.switches = self.counts(reverse), self.counts(forward)
         self.stops = self.counts(reverse - gap), self.counts(forward + gap)
-        self._lag = truth.lag[axis]
+        self._lag = 0.0 if truth.wiring.closed_apart(axis) else truth.lag[axis]
         self._since = 0.0
 
     def counts(self, q: float) -> float:

@@ -14,14 +14,14 @@ mechanics do. The speed becomes the reference of the mechanics, which still know
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import copysign
 
 from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT, Plant
 from dmc41x3.twin.timeline import Timeline, TimelinePiece
 from maya_un.machine.log import Place
 from maya_un.machine.mechanics import MayaMechanics
-from maya_un.machine.truth import StartPose, Triple, TrueConstants
+from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.machine.wiring import AXES, SIDES, WIRED
 
 
@@ -52,24 +52,17 @@ def built(
     truth: TrueConstants, start: StartPose, parts: Mapping[str, Place] | None = None, *, trace: bool = False
 ) -> tuple[MayaMechanics, Plant]:
     """Return the mechanics of a machine, and the plant that a controller drives: with the mistakes of its wiring."""
-    wiring = truth.wiring
-    if wiring == WIRED:
-        body = MayaMechanics(truth, start, parts, trace=trace)
-        return body, body
-    moved = {wiring.motor_of(axis) for axis in range(3) if wiring.servo_faulty(axis)}
-    a, b, c = (0.0 if axis in moved else delay for axis, delay in enumerate(truth.lag))
-    body = MayaMechanics(replace(truth, lag=(a, b, c)), start, parts, trace=trace)
-    return body, MiswiredPlant(body, truth.lag)
+    body = MayaMechanics(truth, start, parts, trace=trace)
+    return body, body if truth.wiring == WIRED else MiswiredPlant(body)
 
 
 class MiswiredPlant:
     """The `body` of a machine with the mistakes of its wiring; axes that have none follow as before.
 
-    `delays` are those of axes without mistakes [s]; the body has none where a servo of this plant drives it.
+    The body has no delay of its own where a servo of this plant drives it.
     """
 
-    def __init__(self, body: MayaMechanics, delays: Triple) -> None:
-        self._delays = delays
+    def __init__(self, body: MayaMechanics) -> None:
         self._body = body
         truth = body.truth
         self._wiring = truth.wiring
@@ -87,7 +80,7 @@ class MiswiredPlant:
         powerless = name in wiring.amplifier_off or name in wiring.brake_closed
         sign = 0.0 if powerless else -1.0 if name in wiring.motor_reversed else 1.0
         moved = wiring.motor_of(own)
-        return _Servo(own, wiring.encoder_of(own), moved, units, sign, self._delays[moved])
+        return _Servo(own, wiring.encoder_of(own), moved, units, sign, self._body.truth.lag[moved])
 
     @property
     def timelines(self) -> Sequence[Timeline]:

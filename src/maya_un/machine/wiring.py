@@ -75,6 +75,10 @@ class Wiring:
         )
         return any(name in names for names in lists) or self.encoder_factor[axis] != 1.0
 
+    def closed_apart(self, axis: int) -> bool:
+        """Return whether the motor of an axis (0 to 2) is in a loop with a mistake, which its own model closes."""
+        return any(self.servo_faulty(one) and self.motor_of(one) == axis for one in range(len(AXES)))
+
     def abort_active(self, *, pressed: bool) -> bool:
         """Return whether the abort input is active while the emergency stop is pressed, or released."""
         return pressed if self.stop == "wired" else not pressed and self.stop == "inverted"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import io
 import json
 import os
 import signal
@@ -14,8 +16,11 @@ from typing import Any
 import pytest
 
 from maya_un.cli import output
+from maya_un.cli.commission.people import TerminalPerson
 from maya_un.cli.main import main
+from maya_un.cli.settings import OutputSettings
 from maya_un.commission.progress import FILE
+from maya_un.commission.questions import Ask, PossibleAnswer, Question
 from maya_un.commission.steps import STEPS
 from maya_un.config import load
 from tests.conventions.source import ROOT
@@ -149,3 +154,54 @@ def test_the_page_lists_the_declared_steps() -> None:
             assert set(step.needs) == {one.key for one in STEPS[: STEPS.index(step)]}
         else:
             assert [name.strip("` ") for name in needs.split(",") if name] == list(step.needs)
+
+
+def asked(question: Question, typed: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the answer of a person who types lines at the terminal."""
+    monkeypatch.setattr(sys, "stdin", io.StringIO(typed))
+    return asyncio.run(TerminalPerson(OutputSettings()).ask(question))
+
+
+CHOICES = (PossibleAnswer("go", "Enter: go on"), PossibleAnswer("skip", "s: skip this step"))
+PLAIN = (PossibleAnswer("b+", "line b moved (longer)"), PossibleAnswer("b-", "line b moved (shorter)"))
+
+
+@pytest.mark.parametrize(
+    ("choices", "typed", "answer"),
+    [
+        (CHOICES, "\n", "go"),
+        (CHOICES, "S\n", "skip"),
+        (CHOICES, "what\n\n", "go"),
+        (CHOICES, "q\n", "quit"),
+        (CHOICES, "", "quit"),
+        (PLAIN, "2\n", "b-"),
+        (PLAIN, "\n7\n1\n", "b+"),
+        ((), "two\n2.5\n", "2.5"),
+        ((), "-1\nq\n", "quit"),
+    ],
+)
+def test_a_person_at_the_terminal_answers_by_letter_or_number(
+    choices: tuple[PossibleAnswer, ...], typed: str, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    question = Question("direction.b.seen", Ask.SEEN, "What moved?", choices, 1)
+    assert asked(question, typed, monkeypatch) == answer
+
+
+def test_at_a_terminal_a_person_says_whether_a_step_may_begin(folder: Path) -> None:
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-m", "maya_un.cli.main", "commission", "--address", "sim", "--speed", "1000"]
+    environment = {**os.environ, "MAYA_STATE_DIR": str(folder)}
+    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, env=environment, text=True) as running:
+        os.close(theirs)
+        os.write(ours, b"\n\nq\n")
+        assert running.stdout is not None
+        shown = running.stdout.read()
+        assert running.wait() == output.FAILED
+    os.close(ours)
+    assert shown.count("[Enter: go on | s: skip this step | q: quit; a later `maya commission` continues here]") == 3
+    steps = json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"]
+    assert {key: one["state"] for key, one in steps.items()} == {
+        "connection": "passed",
+        "stop": "passed",
+        "limits": "interrupted",
+    }
