@@ -369,8 +369,8 @@ async def _travel(axis: int, s: Commissioning) -> None:
 async def _slow(axis: int, s: Commissioning, machine: GuardedMachine, way: float, suffix: str) -> Motion | None:
     """Make a slow move; None if a limit switch stopped it, and the axis is back then."""
     text = phrase(
-        "Slow motion of {part} by {way} ({words}), and back. Nothing else moves. Look that {way} are free, also below "
-        "the gripper.",
+        "Slow motion of {part} by {way} ({words}), and back. Nothing else moves. Make sure that {way} are free, also "
+        "below the gripper.",
         part=PARTS[axis],
         way=length_text(axis, abs(way)),
         words=_TOWARD[axis][way > 0.0],
@@ -485,7 +485,7 @@ STEPS: tuple[CommissioningStep, ...] = (
     *_for_axes(
         "direction",
         marked("Direction of {part}", PHRASE),
-        phrase("moves the axis by a little; compares command, encoder and what you see"),
+        phrase("moves the axis a little; compares command, encoder and what you see"),
         _direction,
         _WIRED,
     ),
