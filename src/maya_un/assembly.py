@@ -76,6 +76,12 @@ class Twin:
         """The part between the jaws, or None."""
         return self.mechanics.record.carried
 
+    def press_stop(self, *, pressed: bool) -> None:
+        """Press the emergency stop, or release it; its wiring says what the abort input then reads."""
+        active = self.mechanics.truth.wiring.abort_active(pressed=pressed)
+        self.controller.look()
+        self.controller.machine.abort_input(active)
+
 
 @dataclass(frozen=True, slots=True)
 class ControllerAssembly:
@@ -192,7 +198,7 @@ def make_twin(
     """
     from dmc41x3.twin.machine import VirtualDmc  # noqa: PLC0415
     from dmc41x3.twin.wire.server import VirtualController  # noqa: PLC0415
-    from maya_un.machine.mechanics import MayaMechanics  # noqa: PLC0415
+    from maya_un.machine.miswired import built  # noqa: PLC0415
     from maya_un.machine.truth import StartPose, legal_start  # noqa: PLC0415
 
     real = truth if truth is not None else machine_of(config or Config())
@@ -203,8 +209,9 @@ def make_twin(
     except ValueError as error:
         reason = phrase("no place of the gripper above the table keeps both lines taut")
         raise InvalidConfig(key="geometry.height", value=real.height, reason=reason) from error
-    mechanics = MayaMechanics(real, start, parts=parts or {})
-    machine = VirtualDmc(mechanics, memory=memory, firmware=firmware)
+    mechanics, plant = built(real, start, parts)
+    machine = VirtualDmc(plant, memory=memory, firmware=firmware)
+    machine.abort_input(real.wiring.abort_active(pressed=False))
     return Twin(VirtualController(machine, seed=seed), mechanics)
 
 
@@ -309,9 +316,9 @@ async def controller_layer(  # noqa: PLR0913 - every option of a controller laye
     """
     address = meant(address, config.controller.address)
     twin = make_twin(config, seed=seed, truth=truth, parts=parts) if address == SIM else None
-    patient = config if twin is None else _patient(config, speed)
+    waiting = config if twin is None else patient(config, speed)
     recorder = _recorder(config, address, speed, twin, seed, recordings) if live else None
-    controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live, workers=workers)
+    controller = GalilController(_dial(address, config, twin, recorder), address, waiting, live=live, workers=workers)
     if heard is not None:
         heard(controller.events)
     try:
@@ -445,7 +452,7 @@ def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -
     events.heard_by(keep)
 
 
-def _patient(config: Config, speed: float) -> Config:
+def patient(config: Config, speed: float) -> Config:
     """Return the configuration for a twin with a scaled clock: a reply, or a busy host, takes the same real time."""
     factor = max(1.0, speed)
     controller = config.controller.model_copy(update={"timeout": config.controller.timeout * factor})
@@ -471,16 +478,22 @@ def _watched(recorder: Recorder | None, controller: GalilController) -> Abstract
     return nullcontext() if recorder is None else recorder.watching(controller)
 
 
+def to_controller(address: str, config: Config) -> Dial:
+    """Return what connects to the controller at HOST or HOST:PORT."""
+    host, port = split(address)
+
+    async def dial() -> Transport:
+        return await TcpTransport.connect(host, port, config.controller.timeout)
+
+    return dial
+
+
 def _dial(address: str, config: Config, twin: Twin | None, recorder: Recorder | None) -> Dial:
     async def to_twin() -> Transport:
         assert twin is not None
         return twin.controller.loopback()
 
-    async def to_box() -> Transport:
-        host, port = split(address)
-        return await TcpTransport.connect(host, port, config.controller.timeout)
-
-    dial = to_box if twin is None else to_twin
+    dial = to_controller(address, config) if twin is None else to_twin
 
     async def recorded() -> Transport:
         assert recorder is not None

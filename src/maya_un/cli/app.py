@@ -13,6 +13,7 @@ from dmc41x3.i18n import phrase
 from maya_un.cli import datum, primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
+from maya_un.cli.commission import commands as commission
 from maya_un.cli.completion import commands as completion
 from maya_un.cli.coms import commands as coms
 from maya_un.cli.dmc_tools import commands as dmc
@@ -421,6 +422,7 @@ logs.register(app, _HOW)
 coms.register(app, _HOW)
 fleet.register(app, _HOW)
 doctor.register(app, _HOW)
+commission.register(app, _HOW)
 completion.register(app, _HOW)
 access.register(app, _HOW)
 

@@ -25,7 +25,7 @@ Truth = Annotated[
     typer.Option(
         metavar="FILE",
         help="configuration file with the keys in which the twin's machine differs; drawn: small random differences, "
-        "chosen by --seed  [default: the machine is as configured]",
+        "miswired: a mistake in the wiring, both chosen by --seed  [default: the machine is as configured]",
     ),
 ]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
