@@ -86,7 +86,12 @@ Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ct
 _EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))
 
 QUICK = {
-    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n{_EVERYWHERE}\n\n  Example: maya status --json",
+    "status": (
+        "Usage: maya status\n\n"
+        "  Show the state of the running robot.\n\n"
+        f"{_EVERYWHERE}\n\n"
+        "  Example: maya status --json"
+    ),
     "stop": (
         "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
         "  Stop the running robot: it decelerates along the path.\n\n"
