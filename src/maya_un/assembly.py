@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dmc41x3.address import SIM, meant, split
+from dmc41x3.address import SIM, meant, parse
 from dmc41x3.i18n import phrase
-from dmc41x3.wire.transport import TcpTransport, Transport
+from dmc41x3.wire.transport import Transport, connect
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
@@ -469,8 +469,7 @@ def _dial(address: str, config: Config, twin: Twin | None, recorder: Recorder | 
         return twin.controller.loopback()
 
     async def to_box() -> Transport:
-        host, port = split(address)
-        return await TcpTransport.connect(host, port, config.controller.timeout)
+        return await connect(parse(address), config.controller.timeout)
 
     dial = to_box if twin is None else to_twin
 
