@@ -220,8 +220,9 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     recordings: RecordingStore | None = None,
     staff: WorkerSet | None = None,
 ) -> AsyncIterator[Stack]:
-    """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
+    """Connect all layers on the controller at `address` for the length of the block.
 
+    The address is "sim", "real", HOST[:PORT] or a serial port.
     `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
     stores taught places; without one they last as long as the stack. Points of a calibration are stored beside it.
     Clients change `config_file` for the next start, if it is given. `journal` stores the queue and its history, the

@@ -24,7 +24,7 @@ import gclib
 g = gclib.py()
 g.GOpen("COM3 --baud 115200 -s MG")
 print(g.GInfo().partition(", ")[2])
-g.GProgramDownload('#A\\nMG "moved",_TPA\\nEN\\n')
+g.GProgramDownload('#A\\nMG "moved",_RPA\\nEN\\n')
 g.GCommand("SH A;PRA=500;BGA")
 while float(g.GCommand("MG _BGA")):
     pass

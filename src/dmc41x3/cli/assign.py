@@ -115,7 +115,7 @@ def _serve(sock: socket.socket, mac: str, address: IPv4Address, mask: IPv4Addres
         if asked.kind is DhcpKind.REQUEST and asked.server not in {NOWHERE, heard.here}:
             raise OtherDhcpServer(mac=mac, server=str(asked.server))
         if asked.kind is DhcpKind.REQUEST and asked.wanted not in {NOWHERE, address}:
-            continue  # it remembers another address; without an answer it asks anew
+            continue  # it remembers another address; without an answer it sends a DISCOVER
         _send(sock, heard, answer(asked, address, mask, heard.here))
         if asked.kind is not DhcpKind.DISCOVER:
             return

@@ -242,7 +242,7 @@ class IpSettings(NamedTuple):
 
 
 class IpChange(NamedTuple):
-    """What `dmc ip` changes; None leaves a setting as it is."""
+    """The changes that `dmc ip` makes; None leaves a setting as it is."""
 
     address: str | None = None
     mask: str | None = None
@@ -378,7 +378,8 @@ async def _moved(
         except MachineError as error:
             failure = error
         await moved.close()
-    raise AddressNotReached(address=str(there), reason=str(failure)) from failure
+    reason = str(failure) if failure is None else failure.details.get("reason", str(failure))
+    raise AddressNotReached(address=str(there), reason=str(reason)) from failure
 
 
 def _confirm(

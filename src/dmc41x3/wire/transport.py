@@ -199,7 +199,7 @@ _PIECE = 4096
 class SerialTransport:
     """A serial port whose controller has been greeted; created by `connect`.
 
-    An unplugged adapter is a broken connection. What the port does not take at once is sent when it can.
+    An unplugged adapter is a broken connection. The loop sends the bytes that the port does not take at once.
     """
 
     def __init__(self, port: Serial, peer: str) -> None:
