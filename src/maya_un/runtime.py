@@ -64,7 +64,7 @@ def read(place: Path) -> Any:
 
 def _parse(found: dict[str, Any]) -> Running:
     controller = found["controller"]
-    address = None if controller is None else parse(str(controller))
+    address = None if controller is None else parse(controller)
     return Running(str(found["url"]), int(found["pid"]), address)
 
 

@@ -58,13 +58,13 @@ def assign(mac: str | None, address: str | None, options: AssignOptions, setting
     named = None if mac is None else _mac(mac)
     place = None if address is None else parse_place(address)
     mask = NOWHERE if options.mask is None else parse_address(options.mask, "--mask")
-    with _opened(options.port) as sock:
+    with opened(options.port) as sock:
         if named is None or place is None:
             asking = _listed(sock, options.seconds, settings)
             if settings.json or not sys.stdin.isatty() or not asking:
                 return console.answer({"asking": asking}, _summary(asking, settings.language), settings)
             named, place = _chosen(asking, settings.language)
-        _serve(sock, named, place[0], mask, options.seconds)
+        serve(sock, named, place[0], mask, options.seconds)
     return _given(named, place, options, settings)
 
 
@@ -75,7 +75,7 @@ def _mac(text: str) -> str:
         raise InvalidValue(key="MAC", value=text, reason=phrase("it must be like 00:50:4C:08:01:1F")) from error
 
 
-def _opened(port: int) -> socket.socket:
+def opened(port: int) -> socket.socket:
     """Return a socket for requests; raises `PortForbidden`, and `AddressInUse` if a server runs on this computer."""
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -106,7 +106,7 @@ def _requests(sock: socket.socket, seconds: float) -> Iterator[_Heard]:
         yield _Heard(asked, (source[0], source[1]), interface, IPv4Address(here))
 
 
-def _serve(sock: socket.socket, mac: str, address: IPv4Address, mask: IPv4Address, seconds: float) -> None:
+def serve(sock: socket.socket, mac: str, address: IPv4Address, mask: IPv4Address, seconds: float) -> None:
     """Answer one controller until it has its address; raises `NoAddressRequest` and `OtherDhcpServer`."""
     for heard in _requests(sock, seconds):
         asked = heard.request

@@ -77,7 +77,7 @@ def find(networks: list[str], port: int, ask_serial: bool, settings: OutputSetti
 
 def _hosts(networks: list[str]) -> tuple[list[str], list[IPv4Network]]:
     """Return the hosts to ask, and their networks."""
-    asked = [_network(text) for text in networks] if networks else [_near(interface) for interface in interfaces()]
+    asked = [_network(text) for text in networks] if networks else [near(interface) for interface in interfaces()]
     hosts = {str(host): None for network in asked for host in network.hosts()}
     return list(hosts), asked
 
@@ -92,7 +92,8 @@ def _network(text: str) -> IPv4Network:
     return network
 
 
-def _near(interface: IPv4Interface) -> IPv4Network:
+def near(interface: IPv4Interface) -> IPv4Network:
+    """Return the network of an interface, or the /24 around its address if the network is too large."""
     network = interface.network
     return network if network.num_addresses <= MOST_HOSTS + 2 else IPv4Network((interface.ip, 24), strict=False)
 
