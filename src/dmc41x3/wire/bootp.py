@@ -73,31 +73,21 @@ def parse_mac(text: str) -> str:
 
 def parse_request(data: bytes) -> AddressRequest | None:
     """Return the request in a datagram, None if it contains none."""
-    fields = _fields(data, _REQUEST)
-    if fields is None:
+    fields, options = _fields(data, _REQUEST), dict(_options(data[_FIXED.size :]))
+    kind = _kind(options, DhcpKind.DISCOVER, DhcpKind.REQUEST)
+    if fields is None or kind is None:
         return None
-    options = dict(_options(data[_FIXED.size :]))
-    kind = options.get(_KIND, b"\0")
-    if kind[:1] not in {bytes([known]) for known in (DhcpKind.NONE, DhcpKind.DISCOVER, DhcpKind.REQUEST)}:
-        return None
-    return AddressRequest(
-        _mac(fields), fields[4], DhcpKind(kind[0]), _address(options, _SERVER), _address(options, _REQUESTED)
-    )
+    return AddressRequest(fields.mac, fields.number, kind, _address(options, _SERVER), _address(options, _REQUESTED))
 
 
 def parse_reply(data: bytes) -> AddressReply | None:
     """Return the answer in a datagram, None if it contains none."""
-    fields = _fields(data, _REPLY)
-    if fields is None:
+    fields, options = _fields(data, _REPLY), dict(_options(data[_FIXED.size :]))
+    kind = _kind(options, DhcpKind.OFFER, DhcpKind.ACK)
+    if fields is None or kind is None:
         return None
-    options = dict(_options(data[_FIXED.size :]))
-    kind = options.get(_KIND, b"\0")
-    if kind[:1] not in {bytes([known]) for known in (DhcpKind.NONE, DhcpKind.OFFER, DhcpKind.ACK)}:
-        return None
-    server = _address(options, _SERVER) if _SERVER in options else IPv4Address(fields[9])
-    return AddressReply(
-        _mac(fields), fields[4], IPv4Address(fields[8]), server, _address(options, _MASK), DhcpKind(kind[0])
-    )
+    server = _address(options, _SERVER) if _SERVER in options else fields.server
+    return AddressReply(fields.mac, fields.number, fields.address, server, _address(options, _MASK), kind)
 
 
 def request(asked: AddressRequest) -> bytes:
@@ -130,20 +120,21 @@ def _packed(code: int, number: int, mac: str, address: IPv4Address, server: IPv4
     return (head + _MAGIC + options + bytes([_END])).ljust(_SHORTEST, b"\0")
 
 
-def _fields(
-    data: bytes, code: int
-) -> tuple[int, int, int, int, int, int, int, bytes, bytes, bytes, bytes, bytes] | None:
-    """Return the fixed fields of a packet for Ethernet, None if it is none; the ninth is the server's address."""
+class _Fields(NamedTuple):
+    """The fixed fields of a packet for Ethernet that are read."""
+
+    mac: str
+    number: int
+    address: IPv4Address
+    server: IPv4Address
+
+
+def _fields(data: bytes, code: int) -> _Fields | None:
+    """Return the fixed fields of a packet for Ethernet, None if it is none."""
     if len(data) < _FIXED.size or data[0] != code or data[1] != _ETHERNET or data[2] != _LENGTH:
         return None
-    values = _FIXED.unpack_from(data)
-    return values[:12]
-
-
-def _mac(fields: tuple[object, ...]) -> str:
-    hardware = fields[11]
-    assert isinstance(hardware, bytes)
-    return hardware[:_LENGTH].hex(":")
+    _, _, _, _, number, _, _, _, address, server, _, hardware, _, _ = _FIXED.unpack_from(data)
+    return _Fields(hardware[:_LENGTH].hex(":"), number, IPv4Address(address), IPv4Address(server))
 
 
 def _option(code: int, value: bytes) -> bytes:
@@ -166,6 +157,12 @@ def _options(data: bytes) -> Iterator[tuple[int, bytes]]:
             return
         yield data[place], data[place + 2 : end]
         place = end
+
+
+def _kind(options: Mapping[int, bytes], *known: DhcpKind) -> DhcpKind | None:
+    """Return the kind of a message: NONE without one, and None if it is not among the known ones."""
+    value = options.get(_KIND, bytes([DhcpKind.NONE]))
+    return next((kind for kind in (DhcpKind.NONE, *known) if value == bytes([kind])), None)
 
 
 def _address(options: Mapping[int, bytes], code: int) -> IPv4Address:
