@@ -27,7 +27,7 @@ _INFO = struct.Struct("@i4s4s")
 _LARGEST = 2048
 _NOT_YET = "0.0.0.0"
 """The source of a datagram from a host without an address."""
-_ATTEMPTS, _PAUSE = 40, 0.25
+_ATTEMPTS, _PAUSE = 12, 0.25
 """Attempts to reach the controller at its new address, and the time between two [s]."""
 
 

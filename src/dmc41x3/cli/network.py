@@ -166,10 +166,11 @@ def _ports(ask: bool) -> Iterator[FoundPort]:
     from serial.tools.list_ports import comports
 
     for port in comports():
-        yield FoundPort(port.device, port.description, _firmware_at(port.device) if ask else None)
+        yield FoundPort(port.device, port.description, firmware_at(port.device) if ask else None)
 
 
-def _firmware_at(path: str) -> str | None:
+def firmware_at(path: str) -> str | None:
+    """Return the firmware line of the controller at a serial port, None if there is none; changes no setting."""
     from dmc41x3.wire.serial_port import BlockingPort
 
     try:

@@ -57,6 +57,15 @@ def test_only_a_galil_controller_is_found_and_only_asked_its_firmware(answer: by
     assert heard == [b"\x12\x16\r"]
 
 
+def test_serial_port_is_asked_without_a_change() -> None:
+    with served() as twin:
+        path = twin.do(lambda controller: controller.serve_serial())
+        assert network.firmware_at(path) == "DMC4133 Rev 1.3k"
+        assert twin.look(lambda machine: (machine.unit.echo, machine.unit.outlet.mark)) == (1, 2)
+        twin.do(lambda controller: controller.unplug())
+        assert network.firmware_at(path) is None
+
+
 def test_host_without_a_listener_is_no_controller() -> None:
     assert asyncio.run(network.identified("127.0.0.1", free_port())) is None
 
