@@ -11,9 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dmc41x3.address import SIM, meant, split
+from dmc41x3.address import SIM, meant, parse
 from dmc41x3.i18n import phrase
-from dmc41x3.wire.transport import TcpTransport, Transport
+from dmc41x3.wire.transport import Transport, connect
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
@@ -235,8 +235,9 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     recordings: RecordingStore | None = None,
     staff: WorkerSet | None = None,
 ) -> AsyncIterator[Stack]:
-    """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
+    """Connect all layers on the controller at `address` for the length of the block.
 
+    The address is "sim", "real", HOST[:PORT] or a serial port.
     `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
     stores taught places; without one they last as long as the stack. Points of a calibration are stored beside it.
     Clients change `config_file` for the next start, if it is given. `journal` stores the queue and its history, the
@@ -479,11 +480,11 @@ def _watched(recorder: Recorder | None, controller: GalilController) -> Abstract
 
 
 def to_controller(address: str, config: Config) -> Dial:
-    """Return what connects to the controller at HOST or HOST:PORT."""
-    host, port = split(address)
+    """Return what connects to the controller at HOST, HOST:PORT or a serial port."""
+    place = parse(address)
 
     async def dial() -> Transport:
-        return await TcpTransport.connect(host, port, config.controller.timeout)
+        return await connect(place, config.controller.timeout)
 
     return dial
 

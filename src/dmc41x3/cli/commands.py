@@ -9,7 +9,7 @@ from typing import Annotated, Any, NamedTuple
 import typer
 from typer.core import TyperCommand
 
-from dmc41x3.address import SIM
+from dmc41x3.address import PORT, SIM
 from dmc41x3.cli import parsing
 from dmc41x3.cli.console import ALONE, OutputSettings, Site, settings_of
 
@@ -19,7 +19,8 @@ _COMMAND = "{dmc}"
 _REAL = "{real}"
 """Stands in a help text for what `real` means; the site of the group supplies it."""
 
-_HOST = f"sim (a new twin that ends with the command), real ({_REAL}), or HOST[:PORT]"
+_PLACE = "HOST[:PORT] or a serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200)"
+_HOST = f"sim (a new twin that ends with the command), real ({_REAL}), {_PLACE}"
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
 OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
 Rate = Annotated[float, typer.Option(metavar="RATE", help="samples a second")]
@@ -35,6 +36,13 @@ MemoryFile = Annotated[
     str | None, typer.Option(metavar="FILE", help="file that stores the burned memory (BN, BP, BV) between runs")
 ]
 Firmware = Annotated[str | None, typer.Option(metavar="LINE", help="text that the controller answers to ^R^V")]
+Serial = Annotated[
+    bool, typer.Option("--serial", help="offer a serial port too: a pseudo terminal, whose path is printed")
+]
+Bootp = Annotated[
+    str | None,
+    typer.Option(metavar="HOST[:PORT]", help="ask this BOOTP server for an address, as a controller without one does"),
+]
 Tolerance = Annotated[float, typer.Option(metavar="COUNTS", help="allowed difference of positions in counts")]
 
 Command = Callable[..., int]
@@ -50,7 +58,7 @@ class OwnCommands(NamedTuple):
 
 def send(
     context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help=f"address of the controller, or real ({_REAL})")],
+    host: Annotated[str, typer.Argument(metavar="HOST", help=f"real ({_REAL}), {_PLACE}")],
     commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
 ) -> int:
     """Send commands to a controller and print its replies.
@@ -187,13 +195,86 @@ def conform(
     return command.conform(host, moves, bench, settings_of(context))
 
 
+def find(
+    context: typer.Context,
+    networks: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NETWORK]...", help="networks like 192.168.1.0/24  [default: those of this computer]"),
+    ] = None,
+    port: Annotated[int, typer.Option(metavar="PORT", min=1, max=65535, help="port of the controllers")] = PORT,
+    serial: Annotated[bool, typer.Option("--serial", help="ask at the serial ports too, at 115200 baud")] = False,
+) -> int:
+    """Find the controllers in the network, and list serial ports.
+
+    The command connects to each host and asks for its firmware line (^R^V). It sends nothing else. Of a network that
+    is larger than a /22 it asks only the /24 of this computer.
+
+    Example: {dmc} find 192.168.1.0/24
+    """
+    from dmc41x3.cli import network as command
+
+    return command.find(networks or [], port, serial, settings_of(context))
+
+
+def assign(
+    context: typer.Context,
+    mac: Annotated[
+        str | None, typer.Argument(metavar="[MAC]", help="hardware address, printed on the controller: 00:50:4C:..")
+    ] = None,
+    address: Annotated[
+        str | None, typer.Argument(metavar="[ADDRESS[:PORT]]", help="address that the controller gets")
+    ] = None,
+    mask: Annotated[str | None, typer.Option(metavar="MASK", help="subnet mask, like 255.255.255.0")] = None,
+    burn: Annotated[bool, typer.Option("--burn", help="burn the address (DH 0, BN): it then needs no server")] = False,
+    seconds: Annotated[float, typer.Option("--for", metavar="SECONDS", min=0.1, help="longest wait in s")] = 60.0,
+    port: Annotated[int, typer.Option(metavar="PORT", min=1, max=65535, help="port of the server")] = 67,
+) -> int:
+    """Give an address to a controller that has none, by BOOTP or DHCP.
+
+    Without MAC and ADDRESS it lists the Galil controllers that ask for an address, and lets you choose. It answers only
+    the controller that is named. Port 67 needs root: run it with sudo. If another DHCP server gives addresses in this
+    network, use that one.
+
+    Example: sudo dmc assign 00:50:4C:08:01:1F 192.168.1.20 --mask 255.255.255.0 --burn
+    """
+    from dmc41x3.cli import assign as command
+
+    options = command.AssignOptions(mask, port, seconds, burn)
+    return command.assign(mac, address, options, settings_of(context))
+
+
+def ip(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST", help=f"real ({_REAL}), {_PLACE}")],
+    address: Annotated[
+        str | None, typer.Option("--set", metavar="ADDRESS", help="new address; DHCP goes off (DH 0, IA)")
+    ] = None,
+    mask: Annotated[str | None, typer.Option(metavar="MASK", help="new subnet mask (SM)")] = None,
+    dhcp: Annotated[bool | None, typer.Option(help="whether the address comes from a DHCP server (DH)")] = None,
+    burn: Annotated[
+        bool, typer.Option("--burn", help="burn all present settings (BN), so that they hold after power-up")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="change without asking")] = False,
+) -> int:
+    """Show or change the network settings of a controller.
+
+    After a change of the address the command connects to the new one, and burns only if the controller answers there.
+    A controller of this kind has no setting for a gateway.
+
+    Example: {dmc} ip 192.168.1.20 --set 192.168.1.30 --burn
+    """
+    from dmc41x3.cli import network as command
+
+    return command.ip(host, command.IpChange(address, mask, dhcp, burn, yes), settings_of(context))
+
+
 def add_to(group: typer.Typer, own: OwnCommands, site: Site, how: dict[str, Any], of_groups: dict[str, Any]) -> None:
     """Add the tools and the group's `own` commands to a group, in the order of its help.
 
     `how` holds the options of all commands, `of_groups` those of all groups.
     """
     command_class = _command_class(site)
-    tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform)
+    tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform, find, assign, ip)
     for command in (*own.twin, *tools):
         group.command(cls=command_class, **how)(command)
     group.add_typer(_gclib_group(how | {"cls": command_class}, of_groups), name="gclib")
@@ -312,6 +393,8 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     axes: Annotated[int, typer.Option(metavar="N", min=1, max=8, help="number of servo motors")] = 3,
     memory: MemoryFile = None,
     firmware: Firmware = None,
+    serial: Serial = False,
+    bootp: Bootp = None,
     speed: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="factor of the twin's clock against real time, up to 1000")
     ] = None,
@@ -320,11 +403,11 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     It simulates free servo motors. It prints its address when it listens; Ctrl-C ends it.
 
-    Example: {dmc} serve --axes 4 --speed 10
+    Example: {dmc} serve --axes 4 --serial
     """
     from dmc41x3.cli import serve as command
 
-    options = command.BenchOptions(host, port, also_port, udp, axes, memory, firmware, speed)
+    options = command.BenchOptions(host, port, also_port, udp, axes, memory, firmware, speed, serial, bootp)
     return command.serve(options, settings_of(context))
 
 

@@ -48,7 +48,10 @@ Boom = Annotated[str, typer.Argument(help="angle of the boom in rad, or like 30d
 LineB = Annotated[str, typer.Argument(help="length of line b in m, or like 120mm")]
 LineC = Annotated[str, typer.Argument(help="length of line c in m, or like 120mm")]
 Coordinate = Annotated[str, typer.Argument(help="coordinate of the gripper in m, or like 120mm")]
-_ADDRESSES = "sim, real (the controller at controller.address of the configuration), HOST or HOST:PORT"
+_ADDRESSES = (
+    "sim, real (the controller at controller.address of the configuration), HOST, HOST:PORT or a serial port "
+    "(/dev/ttyUSB0)"
+)
 Address = Annotated[str, typer.Option(metavar="WHERE", help=_ADDRESSES)]
 SkipHome = Annotated[
     bool,

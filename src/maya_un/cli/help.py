@@ -76,9 +76,12 @@ Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc send HOST[:PORT] CMD...                  send DMC commands to a controller
   dmc terminal [HOST[:PORT]]                   type DMC commands in a terminal that shows the axes
   dmc conform HOST[:PORT] [--moves]            check whether a controller behaves like a DMC-41x3
+  dmc find         dmc assign MAC ADDRESS      find controllers; give an address to one that has none
+  dmc ip HOST [--set ADDRESS] [--burn]         show or change the address of a controller
   dmc gclib run SCRIPT [ARG...]                run a script written for Galil's gclib
 
-WHERE: sim (the default), real (controller.address of the configuration), HOST or HOST:PORT.
+WHERE: sim (the default), real (controller.address of the configuration), HOST, HOST:PORT, or a
+serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200).
 A twin is a virtual controller with Maya's mechanics; sim is a twin inside the command.
 Every command also takes --json, --lang en|es and --config FILE; see `maya COMMAND --help`.
 Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ctrl-C."""
@@ -93,7 +96,7 @@ QUICK = {
         "  Example: maya status --json"
     ),
     "stop": (
-        "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
+        "Usage: maya stop [--address real|HOST[:PORT]|/dev/ttyUSB0]\n\n"
         "  Stop the running robot: it decelerates along the path.\n\n"
         "  If `maya up` does not answer, or with --address, this command sends the stop\n"
         "  to the controller itself. real is the controller of the configuration.\n\n"

@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from dmc41x3.address import split
+from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
 from maya_un import manual
 from maya_un.config.base import LENGTH, STROKE_END, ConfigSection, Contradiction, Metres, flaw
@@ -191,19 +191,21 @@ Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
 Letter = Literal["A", "B", "C"]
 
 
-def _host_and_port(address: str) -> str:
-    split(address)
+def _controller_address(address: str) -> str:
+    parse_address(address)
     return address
 
 
-Address = Annotated[str, AfterValidator(_host_and_port)]
-"""HOST or HOST:PORT."""
+Address = Annotated[str, AfterValidator(_controller_address)]
+"""HOST, HOST:PORT, or a serial port as PATH or PATH@BAUD."""
 
 
 class ControllerConfig(ConfigSection):
     """Address of the motion controller, and time limits for it."""
 
-    address: Annotated[Address, Field(description="address for `--address real`: HOST or HOST:PORT")] = "192.168.1.156"
+    address: Annotated[
+        Address, Field(description="address for `--address real`: HOST, HOST:PORT, or a serial port as PATH[@BAUD]")
+    ] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records per second [Hz]")] = 20.0
     outputs: Annotated[

@@ -8,7 +8,20 @@ import typer
 
 from dmc41x3.address import SIM
 from dmc41x3.cli import commands as tools
-from dmc41x3.cli.commands import AlsoPorts, File, Firmware, Host, Label, MemoryFile, OwnOrHost, Port, Tolerance, Udp
+from dmc41x3.cli.commands import (
+    AlsoPorts,
+    Bootp,
+    File,
+    Firmware,
+    Host,
+    Label,
+    MemoryFile,
+    OwnOrHost,
+    Port,
+    Serial,
+    Tolerance,
+    Udp,
+)
 from maya_un.cli.dmc_tools.site import MAYA
 from maya_un.cli.settings import settings_of
 
@@ -52,6 +65,8 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     ] = None,
     memory: MemoryFile = None,
     firmware: Firmware = None,
+    serial: Serial = False,
+    bootp: Bootp = None,
     speed: TwinSpeed = None,
     seed: Seed = None,
     truth: Truth = None,
@@ -65,12 +80,12 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     --record FILE appends one line of JSON for each 50 ms of motion, for each contact with an obstacle, and for each
     pick-up, release and drop of a part.
 
-    Example: maya dmc serve --port 5023 --speed 20
+    Example: maya dmc serve --port 5023 --serial
     """
     from maya_un.cli.dmc_tools import serve as command
 
     options = command.ServeOptions(
-        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, truth, table, record
+        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, truth, table, record, serial, bootp
     )
     return command.serve(options, settings_of(context))
 

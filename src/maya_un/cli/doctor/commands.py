@@ -17,7 +17,8 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 def doctor(
     context: typer.Context,
     address: Annotated[
-        str | None, typer.Option(metavar="WHERE", help="the controller to check: real, HOST or HOST:PORT")
+        str | None,
+        typer.Option(metavar="WHERE", help="the controller to check: real, HOST, HOST:PORT or a serial port"),
     ] = None,
 ) -> int:
     """Find faults and show remedies. The command moves and changes nothing.
