@@ -235,7 +235,7 @@ def assign(
     the controller that is named. Port 67 needs root: run it with sudo. If another DHCP server gives addresses in this
     network, use that one.
 
-    Example: sudo dmc assign 00:50:4C:08:01:1F 192.168.1.20 --mask 255.255.255.0 --burn
+    Example: sudo {dmc} assign 00:50:4C:08:01:1F 192.168.1.20 --mask 255.255.255.0 --burn
     """
     from dmc41x3.cli import assign as command
 
