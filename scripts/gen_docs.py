@@ -16,6 +16,7 @@ from pathlib import Path
 import client_page
 import graph_page
 import http_page
+import migration_page
 from texts import phrases
 
 from dmc41x3.i18n import LANGUAGES
@@ -286,6 +287,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "../ros/maya_ui/resource/phrases.json": dashboard_phrases,
     "../ros/maya_ui/resource/sentences.json": dashboard_sentences,
     "decisions/README.md": decisions_page,
+    "how-to/move-from-the-original.md": migration_page.page,
     "reference/configuration.md": configuration_page,
     "reference/errors.md": errors_page,
     "reference/events.md": events_page,

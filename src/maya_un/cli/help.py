@@ -67,6 +67,7 @@ Information (no robot needed)
   doctor          logs [--follow]              find faults and remedies; show events and log
   completion bash|zsh|fish                     complete commands in the shell
   calibrate FILE [--apply]                     fit the machine's constants to measured points
+  migrate FILE                                 show what to change in scripts of the original Maya; also a folder
 
 Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc serve [--port N] [--speed X]             serve a twin, a virtual DMC-41x3, on TCP and UDP
