@@ -107,6 +107,9 @@ def _event_lines() -> Iterator[str]:
     yield "code (0, or an [error's](errors.md)) and details. A detail with a ? can be missing: it is None in Python."
     yield "\nSome events are published on [/maya_event](graph.md). `maya run` and `maya job follow` show those that are"
     yield "narrated, with their code and message. `maya logs` shows all. `{name}` in a sentence stands for a detail."
+    yield "\nIn ROS, `maya_controller.config.events` has each word on /maya_event as a constant, for Python 2.7 and 3."
+    yield "A constant equals every message that begins with its word: `msg.data == events.HOMED`."
+    yield "`events.read(msg.data)` returns the word and the state."
     yield f"\n| kind | meaning | details | /maya_event | narrated | level | {' | '.join(LANGUAGES)} |"
     yield f"|---|---|---|---|---|---|{'---|' * len(LANGUAGES)}"
     yield from map(event_row, DECLARED.values())

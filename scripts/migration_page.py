@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from maya_ros.migration.original import RULES, Kind, Rule
+from maya_ros.migration.original import RULES, Rule, Severity
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "how-to" / "move-from-the-original.md"
 HEAD = "| the original | why it changes | here |\n|---|---|---|\n"
-MARKS = {Kind.CHANGE: "", Kind.CHECK: " (check)", Kind.SAME: " (unchanged)"}
+MARKS = {Severity.CHANGE: "", Severity.CHECK: " (check)", Severity.SAME: " (unchanged)"}
 
 
 def page() -> str:

@@ -192,7 +192,7 @@ EVERYWHERE = [
     *CONFIG.glob("*.py"),
     *ROS.glob("maya_[cpr]*/src/maya_*/__init__.py"),
 ]
-"""What a program on a computer with the messages alone needs, under the Python of its ROS."""
+"""The modules that a program on a computer with the messages alone needs, under the Python of its ROS."""
 TOO_NEW = (
     ast.JoinedStr, ast.AnnAssign, ast.NamedExpr, ast.Starred, ast.YieldFrom, ast.Await, ast.AsyncFunctionDef,
     ast.Nonlocal, ast.MatMult,

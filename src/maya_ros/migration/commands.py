@@ -14,7 +14,7 @@ from maya_ros.graph import catalogue, types
 from maya_ros.graph.table import Kind
 from maya_ros.migration import finding as present
 from maya_ros.migration import original
-from maya_ros.migration.finding import Finding, finding, listed
+from maya_ros.migration.finding import ScriptFinding, finding, listed
 from maya_ros.migration.original import PACKAGES, Rule
 from maya_un.errors import InvalidMessage
 
@@ -41,7 +41,7 @@ def starts_ros(text: str) -> bool:
     return _STARTS.match(text) is not None
 
 
-def read_shell(text: str) -> Iterator[Finding]:
+def read_shell(text: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a shell script, or in the commands of a page."""
     has_coms = "ros-coms" in text
     for line, command in _joined(text):
@@ -66,7 +66,7 @@ def _joined(text: str) -> Iterator[tuple[int, str]]:
         yield start, held
 
 
-def of_command(line: int, command: str) -> Iterator[Finding]:
+def of_command(line: int, command: str) -> Iterator[ScriptFinding]:
     """Yield the findings in one command line."""
     for pattern, rule in _PATTERNS:
         if pattern.search(command):
@@ -82,7 +82,7 @@ def starts_ros_anywhere(command: str) -> bool:
     return "ros" in command
 
 
-def _ros(line: int, command: str) -> Iterator[Finding]:
+def _ros(line: int, command: str) -> Iterator[ScriptFinding]:
     try:
         words = shlex.split(command, comments=True)
     except ValueError:
@@ -94,7 +94,7 @@ def _ros(line: int, command: str) -> Iterator[Finding]:
         yield from reader(line, command, words[1:])
 
 
-def _roslaunch(line: int, command: str, words: Sequence[str]) -> Iterator[Finding]:
+def _roslaunch(line: int, command: str, words: Sequence[str]) -> Iterator[ScriptFinding]:
     arguments = [found for found in map(_ARGUMENT.match, words) if found]
     plain = [word for word in words if not word.startswith("-") and ":=" not in word]
     if len(plain) < 2 or plain[0] not in PACKAGES:
@@ -105,12 +105,12 @@ def _roslaunch(line: int, command: str, words: Sequence[str]) -> Iterator[Findin
     yield from present.of_launch(line, command, f"{plain[0]}/{plain[1]}", [found[2] for found in arguments])
 
 
-def _rosrun(line: int, command: str, words: Sequence[str]) -> Iterator[Finding]:
+def _rosrun(line: int, command: str, words: Sequence[str]) -> Iterator[ScriptFinding]:
     if len(words) >= 2:
         yield from present.of_program(line, command, words[0], words[1])
 
 
-def _rostopic(line: int, command: str, words: Sequence[str]) -> Iterator[Finding]:
+def _rostopic(line: int, command: str, words: Sequence[str]) -> Iterator[ScriptFinding]:
     plain = [word for word in words if not re.fullmatch(r"-\w+|--\w+|-?\d+(?:\.\d+)?", word)]
     if len(plain) < 2:
         return
@@ -124,7 +124,7 @@ def _rostopic(line: int, command: str, words: Sequence[str]) -> Iterator[Finding
         yield from _message(line, command, row.name, row.type, plain[3])
 
 
-def _rosservice(line: int, command: str, words: Sequence[str]) -> Iterator[Finding]:
+def _rosservice(line: int, command: str, words: Sequence[str]) -> Iterator[ScriptFinding]:
     if len(words) < 2:
         return
     yield from present.of_name(line, words[1])
@@ -133,7 +133,7 @@ def _rosservice(line: int, command: str, words: Sequence[str]) -> Iterator[Findi
         yield from _message(line, command, row.name, f"{row.type}Request", words[2])
 
 
-def _message(line: int, command: str, name: str, kind: str, text: str) -> Iterator[Finding]:
+def _message(line: int, command: str, name: str, kind: str, text: str) -> Iterator[ScriptFinding]:
     """Yield a finding for a message, written as YAML, that does not fit its type."""
     try:
         data = yaml.safe_load(text)
@@ -148,7 +148,7 @@ def _message(line: int, command: str, name: str, kind: str, text: str) -> Iterat
         yield finding(line, command, original.MESSAGE, name=name, reason=str(error), known=listed(own))
 
 
-_READERS: dict[str, Callable[[int, str, Sequence[str]], Iterator[Finding]]] = {
+_READERS: dict[str, Callable[[int, str, Sequence[str]], Iterator[ScriptFinding]]] = {
     "roslaunch": _roslaunch,
     "rosrun": _rosrun,
     "rostopic": _rostopic,
@@ -166,7 +166,7 @@ _DYNAMICS = {"SP": "speed_counts", "AC": "acceleration_counts", "DC": "decelerat
 _ACTIVE = re.compile(r"(-?1)\b")
 
 
-def read_dmc(text: str) -> Iterator[Finding]:
+def read_dmc(text: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a DMC program: one for each rule, at its first line."""
     said: set[tuple[str, str]] = set()
     for number, line in enumerate(text.splitlines(), start=1):
@@ -179,7 +179,7 @@ def read_dmc(text: str) -> Iterator[Finding]:
                 yield one
 
 
-def of_dmc(line: int, text: str, *, complete: bool = True) -> Iterator[Finding]:
+def of_dmc(line: int, text: str, *, complete: bool = True) -> Iterator[ScriptFinding]:
     """Yield the findings in a line of DMC commands; one that a program completes later is not checked as a whole."""
     for command in split_line(text):
         if limit := _LIMIT.search(command):
@@ -205,7 +205,7 @@ def of_dmc(line: int, text: str, *, complete: bool = True) -> Iterator[Finding]:
 _TYPE = re.compile(r"\b(maya_[a-z]+)/(?:msg/|srv/|action/)?([A-Z]\w*)")
 
 
-def read_definition(text: str, name: str) -> Iterator[Finding]:
+def read_definition(text: str, name: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a .msg, .srv or .action file whose name without its ending is `name`."""
     for number, line in enumerate(text.splitlines(), start=1):
         for found in _TYPE.finditer(line.partition("#")[0][:LONGEST_LINE]):
@@ -242,8 +242,8 @@ def _bare(text: str) -> list[str]:
 _REQUIRED = re.compile(r"\bmaya_(?:controller|robot|process|ui)\b")
 
 
-def read_cmake(text: str) -> Iterator[Finding]:
+def read_cmake(text: str) -> Iterator[ScriptFinding]:
     """Yield the packages of Maya that a CMakeLists.txt needs."""
     for number, line in enumerate(text.splitlines(), start=1):
         for package in _REQUIRED.findall(line.partition("#")[0][:LONGEST_LINE]):
-            yield Finding(number, package)
+            yield ScriptFinding(number, package)

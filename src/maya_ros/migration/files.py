@@ -16,8 +16,8 @@ from pathlib import Path
 
 from dmc41x3.i18n import phrase
 from maya_ros.migration import commands, markup, python
-from maya_ros.migration.finding import Finding
-from maya_ros.migration.original import Kind
+from maya_ros.migration.finding import ScriptFinding
+from maya_ros.migration.original import Severity
 from maya_un.errors import FileUnreadable
 
 LARGEST = 256_000
@@ -49,7 +49,7 @@ _NAMED = re.compile(
 _SHELLS = re.compile(rb"#!.*\b(?:ba|da|z)?sh\b")
 _PYTHONS = re.compile(rb"#!.*\bpython")
 
-Reader = Callable[[str], Iterator[Finding]]
+Reader = Callable[[str], Iterator[ScriptFinding]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,22 +61,22 @@ class Unread:
 
 
 @dataclass(slots=True)
-class Report:
+class MigrationReport:
     """The findings by their files, the files that were not read, and the number of files that were."""
 
-    findings: list[tuple[str, Finding]] = field(default_factory=list[tuple[str, Finding]])
+    findings: list[tuple[str, ScriptFinding]] = field(default_factory=list[tuple[str, ScriptFinding]])
     unread: list[Unread] = field(default_factory=list[Unread])
     files: int = 0
 
     @property
     def clean(self) -> bool:
         """Whether every file was read and nothing has to be changed or checked."""
-        return not self.unread and all(one.kind is Kind.SAME for _, one in self.findings)
+        return not self.unread and all(one.kind is Severity.SAME for _, one in self.findings)
 
 
-def check(path: str) -> Report:
+def check(path: str) -> MigrationReport:
     """Return what to change in a file or in all files below a folder; raises `FileUnreadable` for the path itself."""
-    root, report = Path(path), Report()
+    root, report = Path(path), MigrationReport()
     try:
         is_folder = stat.S_ISDIR(root.stat().st_mode)
         names = sorted(islice(_below(root, report), MOST_FILES + 1)) if is_folder else [root]
@@ -93,7 +93,7 @@ def check(path: str) -> Report:
     return report
 
 
-def _below(root: Path, report: Report) -> Iterator[Path]:
+def _below(root: Path, report: MigrationReport) -> Iterator[Path]:
     """Yield the files below a folder, and note the folders that cannot be read."""
 
     def note(error: OSError) -> None:
@@ -104,7 +104,7 @@ def _below(root: Path, report: Report) -> Iterator[Path]:
         yield from (Path(folder, name) for name in files)
 
 
-def _check(path: Path, report: Report, left: int, *, alone: bool) -> int:
+def _check(path: Path, report: MigrationReport, left: int, *, alone: bool) -> int:
     """Add the findings of a file to a report, and return the number of bytes that its reader took."""
     if not (alone or _has_reader(path) or _may_have_one(path)):
         return 0
@@ -129,7 +129,7 @@ class _Unfit(Exception):
 class _Comparable:
     """A finding that equals another of the same line, rule and text."""
 
-    finding: Finding = field(compare=False)
+    finding: ScriptFinding = field(compare=False)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Comparable) and self._key() == other._key()
@@ -200,12 +200,12 @@ def _reader_of(path: Path, data: bytes) -> Reader:
     return _BY_SUFFIX[suffix]
 
 
-def _nothing(text: str) -> Iterator[Finding]:
+def _nothing(text: str) -> Iterator[ScriptFinding]:
     del text
     yield from ()
 
 
-def _python(text: str) -> Iterator[Finding]:
+def _python(text: str) -> Iterator[ScriptFinding]:
     depth = deepest = 0
     for bracket in re.finditer(r"[(\[{]|[)\]}]", text):
         depth = depth + 1 if bracket[0] in "([{" else max(depth - 1, 0)

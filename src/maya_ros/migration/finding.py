@@ -17,7 +17,7 @@ LONGEST = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class ScriptFinding:
     """A line of a file (from 1) to which a rule applies; `found` is what it holds, `details` complete the rule.
 
     Without a rule, `found` works unchanged.
@@ -34,24 +34,26 @@ class Finding:
         return REMAINS if self.rule is None else self.rule.key
 
     @property
-    def kind(self) -> original.Kind:
+    def kind(self) -> original.Severity:
         """Its meaning."""
-        return original.Kind.SAME if self.rule is None else self.rule.kind
+        return original.Severity.SAME if self.rule is None else self.rule.kind
 
     def sentences(self, language: str) -> tuple[str, str]:
         """Return why it was found, and what to write instead."""
         if self.rule is None:
             return "", ""
-        details = {name: translate_phrase(value, language) for name, value in self.details.items()}
+        details = dict(self.details)
+        if "reason" in details:
+            details["reason"] = translate_phrase(details["reason"], language)
         return (
             translate(self.rule.why, language, **details),
             translate(self.rule.instead, language, **details),
         )
 
 
-def finding(line: int, found: str, rule: Rule, **details: str) -> Finding:
+def finding(line: int, found: str, rule: Rule, **details: str) -> ScriptFinding:
     """Return a finding; a long text is cut."""
-    return Finding(line, shown(found), rule, details)
+    return ScriptFinding(line, shown(found), rule, details)
 
 
 def shown(text: str) -> str:
@@ -126,16 +128,16 @@ def of_package(package: str, names: Iterable[str]) -> str:
     return listed(found) or "-"
 
 
-def of_name(line: int, name: str) -> Iterator[Finding]:
+def of_name(line: int, name: str) -> Iterator[ScriptFinding]:
     """Yield what a name of a topic, service or action means."""
     full = f"/{name.removeprefix('/')}"
     if full in RENAMED:
         yield finding(line, name, original.NAME, old=full, new=RENAMED[full])
     elif name in rows():
-        yield Finding(line, name)
+        yield ScriptFinding(line, name)
 
 
-def of_type(line: int, text: str) -> Iterator[Finding]:
+def of_type(line: int, text: str) -> Iterator[ScriptFinding]:
     """Yield what a type like maya_robot/MayaPrimitive means."""
     package, _, name = text.partition("/")
     if package not in PACKAGES:
@@ -144,7 +146,7 @@ def of_type(line: int, text: str) -> Iterator[Finding]:
         known = of_package(package, types())
         yield finding(line, text, original.TYPE_UNKNOWN, package=package, name=name, known=known)
     else:
-        yield Finding(line, text)
+        yield ScriptFinding(line, text)
 
 
 def name_is_type(package: str, name: str) -> bool:
@@ -152,7 +154,7 @@ def name_is_type(package: str, name: str) -> bool:
     return f"{package}/{name}" in types() or f"{package}/{name}" in catalogue.kinds()
 
 
-def of_launch(line: int, text: str, file: str, arguments: Iterable[str]) -> Iterator[Finding]:
+def of_launch(line: int, text: str, file: str, arguments: Iterable[str]) -> Iterator[ScriptFinding]:
     """Yield what a launch file ("package/name") and its arguments mean."""
     package, _, name = file.partition("/")
     if package not in PACKAGES:
@@ -165,10 +167,10 @@ def of_launch(line: int, text: str, file: str, arguments: Iterable[str]) -> Iter
         known = listed(sorted(LAUNCH[file]))
         yield finding(line, text, original.LAUNCH_ARGUMENT, file=file, name=argument, known=known)
     if not wrong:
-        yield Finding(line, file)
+        yield ScriptFinding(line, file)
 
 
-def of_program(line: int, text: str, package: str, name: str) -> Iterator[Finding]:
+def of_program(line: int, text: str, package: str, name: str) -> Iterator[ScriptFinding]:
     """Yield what a program of a package means."""
     if package not in PACKAGES:
         return
@@ -176,10 +178,10 @@ def of_program(line: int, text: str, package: str, name: str) -> Iterator[Findin
         known = listed(sorted(PROGRAMS[package]))
         yield finding(line, text, original.PROGRAM, package=package, name=name, known=known)
     else:
-        yield Finding(line, f"{package} {name}")
+        yield ScriptFinding(line, f"{package} {name}")
 
 
-def of_package_name(line: int, name: str) -> Iterator[Finding]:
+def of_package_name(line: int, name: str) -> Iterator[ScriptFinding]:
     """Yield a package that remains; others are the user's."""
     if name in PACKAGES:
-        yield Finding(line, name)
+        yield ScriptFinding(line, name)

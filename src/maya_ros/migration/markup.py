@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 from maya_ros.migration import finding as present
 from maya_ros.migration import original
-from maya_ros.migration.finding import Finding, finding
+from maya_ros.migration.finding import ScriptFinding, finding
 
 _INCLUDED = re.compile(r"\$\(find\s+(\w+)\)/(?:launch/)?([\w.-]+\.launch)")
 _REPLACED = re.compile(r"\$\((?:arg|eval|optenv)\b")
@@ -56,7 +56,7 @@ class _Reader:
             self.texts.append((self._parser.CurrentLineNumber, self.elements[self._open[-1]].name, text.strip()))
 
 
-def read_launch(text: str) -> Iterator[Finding]:
+def read_launch(text: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a launch file."""
     reader = _Reader()
     if reason := reader.read(text):
@@ -75,7 +75,7 @@ def read_launch(text: str) -> Iterator[Finding]:
             yield finding(element.line, _written(element), original.USE_GUI)
 
 
-def _include(reader: _Reader, number: int, element: _Element) -> Iterator[Finding]:
+def _include(reader: _Reader, number: int, element: _Element) -> Iterator[ScriptFinding]:
     included = _INCLUDED.search(element.attributes.get("file", ""))
     if included:
         inner = [one for one in reader.elements if one.inside[1] == number and one.name == "arg"]
@@ -83,7 +83,7 @@ def _include(reader: _Reader, number: int, element: _Element) -> Iterator[Findin
         yield from present.of_launch(element.line, _written(element), f"{included[1]}/{included[2]}", names)
 
 
-def _node(element: _Element) -> Iterator[Finding]:
+def _node(element: _Element) -> Iterator[ScriptFinding]:
     package, program = element.attributes.get("pkg", ""), element.attributes.get("type", "")
     text = _written(element)
     if (package, program) == ("robot_state_publisher", "state_publisher"):
@@ -104,7 +104,7 @@ def _written(element: _Element) -> str:
 _DEPENDS = frozenset({"depend", "build_depend", "build_export_depend", "exec_depend", "run_depend", "test_depend"})
 
 
-def read_package(text: str) -> Iterator[Finding]:
+def read_package(text: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a package.xml."""
     reader = _Reader()
     if reason := reader.read(text):
@@ -119,6 +119,6 @@ def read_package(text: str) -> Iterator[Finding]:
         yield from present.of_package_name(line, package)
 
 
-def read_rosbuild(text: str) -> Iterator[Finding]:
+def read_rosbuild(text: str) -> Iterator[ScriptFinding]:
     """Yield the finding that a stack.xml or manifest.xml is."""
     yield finding(1, text.strip().partition("\n")[0] or "-", original.ROSBUILD)

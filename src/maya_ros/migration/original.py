@@ -67,7 +67,7 @@ NODE_PYTHON = frozenset(
 """Modules that only the Python of the nodes can import, because they import `maya_un`."""
 
 
-class Kind(StrEnum):
+class Severity(StrEnum):
     """Meaning of a finding: to change, to check by a person, or to leave as it is."""
 
     CHANGE = "change"
@@ -86,24 +86,25 @@ class Rule:
     old: str
     why: str
     instead: str
-    kind: Kind = Kind.CHANGE
+    kind: Severity = Severity.CHANGE
     example: Mapping[str, str] = field(default_factory=dict[str, str])
 
+
+_CONVERT = marked(
+    "Convert the whole file: `2to3 -w FILE` (package 2to3 of Debian and Ubuntu), or `fissix -w FILE` under Python 3.13 "
+    "or newer (`pip install fissix`). Check divisions: 1/2 is 0.5 in Python 3. Then run `maya migrate` again."
+)
 
 PYTHON_2 = Rule(
     "python-2", "Python 2.7",
     marked("This file is not valid Python 3 (line {at}: {reason}), and this ROS runs Python 3."),
-    marked("Convert the whole file: `2to3 -w FILE` (package 2to3 of Debian and Ubuntu), or `fissix -w FILE` under "
-    "Python 3.13 or newer (`pip install fissix`). Check divisions: 1/2 is 0.5 in Python 3. Then run `maya migrate` "
-    "again."),
+    _CONVERT,
     example={"at": "7", "reason": "Missing parentheses in call to 'print'"},
 )  # fmt: skip
 PYTHON_2_NAMES = Rule(
     "python-2-names", "`raw_input`, `xrange`, `unicode`, `.iteritems()`, `import Queue`",
     marked("Python 3 has no {names}."),
-    marked("Convert the whole file: `2to3 -w FILE` (package 2to3 of Debian and Ubuntu), or `fissix -w FILE` under "
-    "Python 3.13 or newer (`pip install fissix`). Check divisions: 1/2 is 0.5 in Python 3. Then run `maya migrate` "
-    "again."),
+    _CONVERT,
     example={"names": "raw_input"},
 )  # fmt: skip
 SHEBANG = Rule(
@@ -142,7 +143,7 @@ DEGREES_MAYBE = Rule(
     "degrees-maybe", "`MoveGoal(a=angle, …)`, an angle of unknown unit",
     marked("The original took `a` in degrees, /move takes radians. The unit of {value} is not known here."),
     marked("If it is in degrees, write `math.radians({value})`."),
-    Kind.CHECK, example={"value": "angle"},
+    Severity.CHECK, example={"value": "angle"},
 )  # fmt: skip
 FIELD = Rule(
     "field", "fields of messages, services and actions",
@@ -192,7 +193,7 @@ NODES_ONLY = Rule(
     marked("{module} imports `maya_un`, which only the Python of the nodes has (`.venv-ros`). Its angles are radians. "
     "It raises `maya_un.errors.Unreachable`, not ValueError."),
     marked("Run the script under that Python, or call `/call_operation` with the operation `reach`."),
-    Kind.CHECK, example={"module": "maya_robot.inv_kin_calculator"},
+    Severity.CHECK, example={"module": "maya_robot.inv_kin_calculator"},
 )  # fmt: skip
 NAME = Rule(
     "name", "`/maya_events`",
@@ -211,7 +212,7 @@ OWN_NAME = Rule(
     marked("A node of Maya publishes or serves {name} already. A second one misleads the other nodes, or takes its "
     "place."),
     marked("Publish on another name, or leave Maya's node ({node}) out."),
-    Kind.CHECK, example={"name": "/maya_event", "node": "hw_simulator or hardware_interface"},
+    Severity.CHECK, example={"name": "/maya_event", "node": "hw_simulator or hardware_interface"},
 )  # fmt: skip
 TYPE_UNKNOWN = Rule(
     "type-unknown", "types of the original that are not in the manual",
@@ -327,7 +328,7 @@ GCLIB = Rule(
     marked("The calls work unchanged: Maya has a module gclib with the same names."),
     marked("Run `maya dmc gclib run SCRIPT`, or once `maya dmc gclib install`. While Maya runs, only read: "
     "motion and changed registers are faults (2312, 2313)."),
-    Kind.SAME,
+    Severity.SAME,
 )  # fmt: skip
 GCLIB_MISSING = Rule(
     "gclib-missing", "`GAssign`, `GIpRequests`, `GFirmwareDownload`, `GSetupDownloadFile`",
@@ -339,7 +340,7 @@ SWITCH = Rule(
     "limit-operand", "`lim=_LFA;lim=`, `MG _LRB`",
     marked("{name} is 0 while the switch is active and 1 while it is free; the manual says the opposite."),
     marked("Compare with 0. Over ROS, read `forward_limit` and `reverse_limit` of /hardware_sensor: true is active."),
-    Kind.CHECK, example={"name": "_LFA"},
+    Severity.CHECK, example={"name": "_LFA"},
 )  # fmt: skip
 WIRING = Rule(
     "limit-polarity", "`CN 1`, `CN -1`",
@@ -352,33 +353,33 @@ DYNAMICS = Rule(
     "dynamics", "`SP`, `AC`, `DC`",
     marked("Maya sets {name} from the configuration when it connects. A change by another program is a fault (2312)."),
     marked("Set `axes.a.{key}` (b, c alike) in the configuration; for one motion, use `maya speed 50%`."),
-    Kind.CHECK, example={"name": "SP", "key": "speed_counts"},
+    Severity.CHECK, example={"name": "SP", "key": "speed_counts"},
 )  # fmt: skip
 GRIPPER = Rule(
     "gripper-output", "`CB1`, `SB1`",
     marked("The output of the gripper and its direction are configuration (`gripper.output`, `gripper.closed_by`). CB1 "
     "closes and SB1 opens with the default values."),
     marked("Call the service /gripper (true opens), or run `maya gripper open`. Then events and state are right too."),
-    Kind.CHECK,
+    Severity.CHECK,
 )  # fmt: skip
 MOTORS_OFF = Rule(
     "motors-off", "`MO`",
     marked("With the motors off, drums that are not self-locking let the load sink."),
     marked("To stop, run `maya stop` or publish on /stop_queue."),
-    Kind.CHECK,
+    Severity.CHECK,
 )  # fmt: skip
 ABORT = Rule(
     "abort", "`AB`",
     marked("AB stops without deceleration and ends every program in the controller, the guard of Maya included."),
     marked("Run `maya stop`; `maya abort` if there is no other way."),
-    Kind.CHECK,
+    Severity.CHECK,
 )  # fmt: skip
 MOTION = Rule(
-    "raw-motion", "`PA`, `PR`, `JG`, `BG`",
+    "raw-motion", "`PA`, `PR`, `JG`",
     marked("Nobody checks this motion against the workspace, the lines or the tension. While Maya runs, it is a "
     "fault (2313): Maya stops it, and the robot must be homed again."),
     marked("Use the action /move or the command `maya move A B C`; to move along one axis, `maya jog AXIS DISTANCE`."),
-    Kind.CHECK,
+    Severity.CHECK,
 )  # fmt: skip
 DMC = Rule(
     "dmc", "commands that a DMC-41x3 does not have",

@@ -11,21 +11,18 @@ import re
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from math import pi
-from typing import Any, NamedTuple
-
-from parso.grammar import load_grammar
+from typing import Any
 
 from dmc41x3.gclib import api
 from maya_ros.graph import catalogue
 from maya_ros.graph.table import Kind
 from maya_ros.migration import commands as lines
 from maya_ros.migration import finding as present
-from maya_ros.migration import original
-from maya_ros.migration.finding import Finding, finding, listed
+from maya_ros.migration import original, syntax
+from maya_ros.migration.finding import ScriptFinding, finding, listed
 from maya_ros.migration.original import EVENT_TOPIC, MODULES, NODE_PYTHON, PACKAGES
 from maya_un.errors import UnknownInterface
 
-_GRAMMAR = "3.12"
 _EVENTS = "maya_controller.config.events"
 _CONSTANTS = "maya_controller.config.constants"
 _MOVE = "maya_controller/MoveGoal"
@@ -43,65 +40,17 @@ _TO_DEGREES = re.compile(r"(?:^|\.)(?:degrees|rad2deg)$")
 _SHEBANG = re.compile(r"#!.*\b(python(?:2(?:\.\d)?)?)\s*$")
 
 
-class _Call(NamedTuple):
-    """A call: its node, the dotted text of what is called ("" if it is none), and its arguments with their names."""
-
-    node: Any
-    called: str
-    arguments: list[tuple[str, Any]]
-
-    def argument(self, name: str, place: int) -> Any:
-        """Return an argument by its name or its place, None without it."""
-        plain = [value for given, value in self.arguments if not given]
-        named = [value for given, value in self.arguments if given == name]
-        return named[0] if named else plain[place] if place < len(plain) else None
-
-
-def read(text: str) -> Iterator[Finding]:
+def read(text: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a Python source."""
     versions = [*_version(text)]
     yield from versions
-    source = _Source(_modern(text))
+    source = _Source(text)
     yield from source.findings()
     if not any(one.rule is original.PYTHON_2 for one in versions):
         yield from source.old_names()
 
 
-_STATEMENTS = (
-    (
-        re.compile(r"^(\s*|.*:\s+)(?:print|exec)\s*(?:>>\s*[\w.]+\s*,)?(?=[\s\"'`])(?!\s*[(=.])\s*(.*?),?\s*$"),
-        r"\1print(\2)",
-    ),
-    (re.compile(r"^(\s*except\b.*?)\s*,\s*(\w+\s*:.*)$"), r"\1 as \2"),
-    (re.compile(r"^(\s*raise\s+[\w.]+)\s*,\s*(.*)$"), r"\1(\2)"),
-    (re.compile(r"<>"), "!="),
-    (re.compile(r"`([^`]*)`"), r"repr(\1)"),
-    (re.compile(r"\b0([0-7]+)\b(?![.\w])"), r"0o\1"),
-    (re.compile(r"\b([0-9]+)[lL]\b"), r"\1"),
-    (re.compile(r"\b[uU][rR](?=[\"'])"), "r"),
-)
-"""Statements and literals of Python 2, and the same in Python 3."""
-
-
-def _modern(text: str) -> str:
-    """Return a source with its Python 2 statements written in Python 3, line by line, so that more of it is parsed.
-
-    This is for reading only. A line whose brackets have no end stays as it is.
-    """
-    return "\n".join(map(_modern_line, text.split("\n")))
-
-
-def _modern_line(line: str) -> str:
-    if len(line) > lines.LONGEST_LINE or "#" in line:
-        return line
-    for pattern, new in _STATEMENTS:
-        changed = pattern.sub(new, line)
-        if changed.count("(") == changed.count(")"):
-            line = changed
-    return line
-
-
-def _version(text: str) -> Iterator[Finding]:
+def _version(text: str) -> Iterator[ScriptFinding]:
     """Yield at most one finding for a shebang, and one for Python 2."""
     first = text.partition("\n")[0]
     if shebang := _SHEBANG.match(first):
@@ -123,7 +72,7 @@ class _Source:
 
     def __init__(self, text: str) -> None:
         self._text = text
-        self._nodes = list(_walk(load_grammar(version=_GRAMMAR).parse(text)))
+        self._nodes = syntax.parse(text)
         self._imported: dict[str, str] = {}
         self._types: dict[tuple[int, str], str] = {}
         self._functions = {node.name.value: node for node in self._nodes if node.type == "funcdef"}
@@ -131,7 +80,8 @@ class _Source:
         for node in self._nodes:
             if node.type in {"import_name", "import_from"}:
                 self._read_import(node)
-        self._calls = [call for node in self._nodes if node.type in {"atom_expr", "power"} for call in _calls(node)]
+        expressions = [node for node in self._nodes if node.type in {"atom_expr", "power"}]
+        self._calls = [call for node in expressions for call in syntax.calls(node)]
         self._hears_events = EVENT_TOPIC[1:] in text
         for call in self._calls:
             self._learn_callback(call)
@@ -139,7 +89,7 @@ class _Source:
             for node in self._nodes:
                 self._learn(node)
 
-    def findings(self) -> Iterator[Finding]:
+    def findings(self) -> Iterator[ScriptFinding]:
         """Yield the findings, of every part of the source."""
         for line, module, name in self._imports:
             yield from self._import(line, module, name)
@@ -155,7 +105,7 @@ class _Source:
         for call in self._calls:
             yield from self._call(call)
 
-    # What names mean
+    # The meaning of names
 
     def _read_import(self, node: Any) -> None:
         line = node.start_pos[0]
@@ -182,15 +132,18 @@ class _Source:
 
     def _kind(self, node: Any) -> str:
         """Return the type that a class of messages has ("package/Name"), "" for anything else."""
-        parts = self._full(_dotted(node) if node is not None and not isinstance(node, str) else node or "").split(".")
+        return "" if node is None else self._kind_of_name(syntax.dotted(node))
+
+    def _kind_of_name(self, dotted: str) -> str:
+        parts = self._full(dotted).split(".")
         return f"{parts[0]}/{parts[2]}" if len(parts) == 3 and parts[1] in {"msg", "srv"} else ""
 
     def _type(self, node: Any) -> str:
         """Return the type of an expression, "" if it is not known."""
-        dotted = _dotted(node)
+        dotted = syntax.dotted(node)
         if dotted:
             return self._type_of_name(node, dotted)
-        calls = _calls(node) if node.type in {"atom_expr", "power"} else []
+        calls = syntax.calls(node) if node.type in {"atom_expr", "power"} else []
         if not calls:
             return ""
         made, last = self._type_of_call(calls[-1]), node.children[-1]
@@ -200,14 +153,14 @@ class _Source:
         return _attribute_type(made, last.children[1].value) if is_attribute else ""
 
     def _type_of_name(self, node: Any, dotted: str) -> str:
-        found = self._types.get((_scope(node), dotted)) or self._types.get((0, dotted), "")
+        found = self._types.get((syntax.scope(node), dotted)) or self._types.get((0, dotted), "")
         if found or "." not in dotted:
             return found
         before, _, name = dotted.rpartition(".")
-        whole = self._types.get((_scope(node), before)) or self._types.get((0, before), "")
+        whole = self._types.get((syntax.scope(node), before)) or self._types.get((0, before), "")
         return _attribute_type(whole, name)
 
-    def _type_of_call(self, call: _Call) -> str:
+    def _type_of_call(self, call: syntax.PythonCall) -> str:
         full, (before, _, method) = self._full(call.called), call.called.rpartition(".")
         match full:
             case "gclib.py":
@@ -220,9 +173,9 @@ class _Source:
             case "actionlib.SimpleActionClient" | "actionlib.ActionClient":
                 return _CLIENT + self._kind(call.argument("ActionSpec", 1)).removesuffix("Action")
             case _:
-                return self._kind(call.called) or self._type_of_answer(call, before, method)
+                return self._kind_of_name(call.called) or self._type_of_answer(call, before, method)
 
-    def _type_of_answer(self, call: _Call, before: str, method: str) -> str:
+    def _type_of_answer(self, call: syntax.PythonCall, before: str, method: str) -> str:
         """Return the type of the result of an action, or of the response of a service."""
         owner = self._type_of_name(call.node, before) if before else ""
         if owner.startswith(_CLIENT) and method == "get_result":
@@ -233,15 +186,15 @@ class _Source:
     def _learn(self, node: Any) -> None:
         if node.type != "expr_stmt" or len(node.children) != 3 or node.children[1] != "=":
             return
-        name, kind = _dotted(node.children[0]), self._type(node.children[2])
+        name, kind = syntax.dotted(node.children[0]), self._type(node.children[2])
         if name and kind:
-            self._types[(0 if "." in name else _scope(node), name)] = kind
+            self._types[(0 if "." in name else syntax.scope(node), name)] = kind
 
-    def _learn_callback(self, call: _Call) -> None:
+    def _learn_callback(self, call: syntax.PythonCall) -> None:
         if self._full(call.called) != "rospy.Subscriber":
             return
         callback = call.argument("callback", 2)
-        function = self._functions.get(_dotted(callback).rpartition(".")[2]) if callback is not None else None
+        function = self._functions.get(syntax.dotted(callback).rpartition(".")[2]) if callback is not None else None
         if function is None:
             return
         kind = EVENT_TOPIC if _is_event(call.argument("name", 0)) else self._kind(call.argument("data_class", 1))
@@ -249,9 +202,9 @@ class _Source:
         if parameters and kind:
             self._types[(id(function), parameters[0])] = kind
 
-    # What is found
+    # The findings
 
-    def _import(self, line: int, module: str, name: str) -> Iterator[Finding]:
+    def _import(self, line: int, module: str, name: str) -> Iterator[ScriptFinding]:
         package = module.partition(".")[0]
         text = f"from {module} import {name}" if name else f"import {module}"
         if package == "gclib":
@@ -276,56 +229,56 @@ class _Source:
             known = listed(sorted(MODULES))
             yield finding(line, text, original.MODULE, name=whole, known=known)
 
-    def _module(self, line: int, text: str, module: str) -> Iterator[Finding]:
+    def _module(self, line: int, text: str, module: str) -> Iterator[ScriptFinding]:
         if module in NODE_PYTHON:
             yield finding(line, text, original.NODES_ONLY, module=module)
         else:
-            yield Finding(line, module)
+            yield ScriptFinding(line, module)
 
-    def _constant(self, line: int, text: str, name: str) -> Iterator[Finding]:
+    def _constant(self, line: int, text: str, name: str) -> Iterator[ScriptFinding]:
         if name not in present.constants():
             yield finding(line, text, original.CONSTANT, name=name, known=listed(present.constants()))
         else:
-            yield Finding(line, name)
+            yield ScriptFinding(line, name)
 
-    def _word(self, line: int, text: str, name: str) -> Iterator[Finding]:
+    def _word(self, line: int, text: str, name: str) -> Iterator[ScriptFinding]:
         if name not in present.words():
             yield finding(line, text, original.EVENT_WORD, name=name, known=listed(present.words()))
         else:
-            yield Finding(line, f"events.{name}")
+            yield ScriptFinding(line, f"events.{name}")
 
-    def _string(self, node: Any) -> Iterator[Finding]:
-        value = _value(node)
+    def _string(self, node: Any) -> Iterator[ScriptFinding]:
+        value = syntax.value(node)
         line = node.start_pos[0]
         if "\n" not in value:
             yield from present.of_name(line, value) if value.startswith("/") else ()
             yield from lines.of_command(line, value) if lines.starts_ros(value) else ()
 
-    def _comparison(self, node: Any) -> Iterator[Finding]:
+    def _comparison(self, node: Any) -> Iterator[ScriptFinding]:
         sides = [child for child in node.children if child.type not in {"operator", "keyword", "comp_op"}]
         event = next((side for side in sides if self._is_event_text(side)), None)
         if event is None:
             return
         for side in sides:
-            literals = [one for one in _walk(side) if one.type == "string"]
-            for literal in (one for one in literals if _value(one) in present.words().values()):
-                word = _value(literal)
+            literals = [one for one in syntax.walk(side) if one.type == "string"]
+            for literal in (one for one in literals if syntax.value(one) in present.words().values()):
+                word = syntax.value(literal)
                 line = literal.start_pos[0]
-                yield finding(line, _code(node), original.EVENT_TEXT, constant=word.upper(), word=word)
-            if not literals and _code(side).startswith("{"):
-                yield finding(side.start_pos[0], _code(node), original.EVENT_KEY)
+                yield finding(line, syntax.code(node), original.EVENT_TEXT, constant=word.upper(), word=word)
+            if not literals and syntax.code(side).startswith("{"):
+                yield finding(side.start_pos[0], syntax.code(node), original.EVENT_KEY)
 
     def _is_event_text(self, node: Any) -> bool:
-        dotted = _dotted(node)
+        dotted = syntax.dotted(node)
         if self._type(node) == _TEXT:
             return True
         return self._hears_events and dotted.endswith(".data") and not self._type_of_name(node, dotted[:-5])
 
-    def _attributes(self, node: Any) -> Iterator[Finding]:
+    def _attributes(self, node: Any) -> Iterator[ScriptFinding]:
         """Yield the findings in the attributes and keys of an expression like a.b(c).d[e]."""
         line = node.start_pos[0]
         names = [node.children[0].value] if node.children[0].type == "name" else []
-        calls = iter(_calls(node))
+        calls = iter(syntax.calls(node))
         made = ""
         for trailer in node.children[1:]:
             opening = trailer.children[0] if trailer.type == "trailer" else None
@@ -335,14 +288,14 @@ class _Source:
                 yield from self._attribute(node, ".".join(names), trailer.children[1].value)
                 names.append(trailer.children[1].value)
             elif opening == "." and made:
-                yield from _field(line, _code(node), made, trailer.children[1].value)
+                yield from _field(line, syntax.code(node), made, trailer.children[1].value)
                 made = _field_type(made, trailer.children[1].value)
             else:
                 if opening == "[" and self._is_event_text(trailer.children[1]):
-                    yield finding(line, _code(node), original.EVENT_KEY)
+                    yield finding(line, syntax.code(node), original.EVENT_KEY)
                 return
 
-    def _attribute(self, node: Any, before: str, name: str) -> Iterator[Finding]:
+    def _attribute(self, node: Any, before: str, name: str) -> Iterator[ScriptFinding]:
         line, module = node.start_pos[0], self._full(before)
         if module == _CONSTANTS:
             yield from self._constant(line, f"{before}.{name}", name)
@@ -357,46 +310,46 @@ class _Source:
         else:
             yield from _field(line, f"{before}.{name}", kind, name)
 
-    def _assignment(self, node: Any) -> Iterator[Finding]:
-        target, name = node.children[0], _dotted(node.children[0])
+    def _assignment(self, node: Any) -> Iterator[ScriptFinding]:
+        target, name = node.children[0], syntax.dotted(node.children[0])
         before, _, field = name.rpartition(".")
         line = node.start_pos[0]
         if len(node.children) < 3 or not before:
             return
         if self._full(before) == _CONSTANTS and field in present.constants():
-            yield finding(line, _code(node), original.CONSTANT_SET, key=present.constants()[field])
+            yield finding(line, syntax.code(node), original.CONSTANT_SET, key=present.constants()[field])
             return
         kind = self._type_of_name(target, before)
         if node.children[1] == "=":
-            yield from self._value(kind, field, node.children[2], _code(node))
+            yield from self._value(kind, field, node.children[2], syntax.code(node))
 
-    def _value(self, kind: str, field: str, value: Any, text: str) -> Iterator[Finding]:
+    def _value(self, kind: str, field: str, value: Any, text: str) -> Iterator[ScriptFinding]:
         """Yield what a value for a field means."""
         if kind == _MOVE and field == "a":
             yield from self._angle(value, text)
         if kind == _PRIMITIVE and field == "command" and value.type == "string":
-            name = _value(value)
+            name = syntax.value(value)
             if name not in present.commands():
                 known = listed(present.commands())
                 yield finding(value.start_pos[0], text, original.PRIMITIVE, name=name, known=known)
 
-    def _angle(self, value: Any, text: str) -> Iterator[Finding]:
-        line, code = value.start_pos[0], _code(value)
-        calls = _calls(value) if value.type in {"atom_expr", "power"} else []
+    def _angle(self, value: Any, text: str) -> Iterator[ScriptFinding]:
+        line, code = value.start_pos[0], syntax.code(value)
+        calls = syntax.calls(value) if value.type in {"atom_expr", "power"} else []
         called = calls[-1] if calls and calls[-1].node is value else None
-        number = _number(code)
+        number = syntax.number(code)
         if called is not None and _TO_DEGREES.search(called.called) and called.arguments:
-            yield finding(line, text, original.DEGREES, new=f"`{_code(called.arguments[0][1])}`")
+            yield finding(line, text, original.DEGREES, new=f"`{syntax.code(called.arguments[0][1])}`")
         elif number is not None and abs(number) > 2 * pi:
             yield finding(line, text, original.DEGREES, new=f"`math.radians({code})`")
         elif number == 0.0 or (called is not None and _TO_RADIANS.search(called.called)):
             return
-        elif self._full(_dotted(value)) not in {f"{_CONSTANTS}.{name}" for name in ("A_0", "A_MAX")}:
+        elif self._full(syntax.dotted(value)) not in {f"{_CONSTANTS}.{name}" for name in ("A_0", "A_MAX")}:
             yield finding(line, text, original.DEGREES_MAYBE, value=present.shown(code))
 
-    def _call(self, call: _Call) -> Iterator[Finding]:
+    def _call(self, call: syntax.PythonCall) -> Iterator[ScriptFinding]:
         full = self._full(call.called)
-        kind = self._kind(call.called)
+        kind = self._kind_of_name(call.called)
         if kind:
             yield from self._made(kind, call)
         elif full.startswith(("rospy.", "actionlib.")):
@@ -408,13 +361,13 @@ class _Source:
         else:
             yield from self._galil(call)
 
-    def _made(self, kind: str, call: _Call) -> Iterator[Finding]:
+    def _made(self, kind: str, call: syntax.PythonCall) -> Iterator[ScriptFinding]:
         """Yield the findings in a call that makes a message."""
         if kind.partition("/")[0] not in PACKAGES or not _is_message(kind):
             return
-        line, text, known = call.node.start_pos[0], _code(call.node), present.fields(kind)
+        line, text, known = call.node.start_pos[0], syntax.code(call.node), present.fields(kind)
         plain = [value for name, value in call.arguments if not name]
-        if plain and not call.arguments[0][0] and len(plain) != len(known) and not _code(plain[0]).startswith("*"):
+        if plain and not call.arguments[0][0] and len(plain) != len(known):
             count = {"expected": str(len(known)), "given": str(len(plain))}
             yield finding(line, text, original.ARGUMENTS, type=kind, known=listed(known), **count)
             return
@@ -424,38 +377,38 @@ class _Source:
                 yield finding(line, text, original.FIELD, type=kind, name=name, known=listed(known))
             yield from self._value(kind, name, value, text)
 
-    def _connected(self, full: str, call: _Call) -> Iterator[Finding]:
+    def _connected(self, full: str, call: syntax.PythonCall) -> Iterator[ScriptFinding]:
         """Yield the findings in a call that connects to a name of the graph."""
         role = full.rpartition(".")[2]
         place = call.argument("ns" if full.startswith("actionlib") else "name", 0)
-        row = present.row_of(_value(place)) if place is not None and place.type == "string" else None
+        row = present.row_of(syntax.value(place)) if place is not None and place.type == "string" else None
         if row is None:
             return
-        line, text = call.node.start_pos[0], _code(call.node)
+        line, text = call.node.start_pos[0], syntax.code(call.node)
         given = call.argument("ActionSpec" if row.form is Kind.ACTION else "data_class", 1)
-        name = self._full(_dotted(given) if given is not None else "")
+        name = self._full(syntax.dotted(given) if given is not None else "")
         own = name.rpartition(".")[2].removesuffix("Action" if row.form is Kind.ACTION else "")
         package, _, expected = row.type.partition("/")
         if own and role != "wait_for_service" and (own != expected or not name.startswith((package, own))):
             kind = f"{row.type}Action" if row.form is Kind.ACTION else row.type
-            yield finding(line, text, original.TYPE, name=row.name, expected=kind, given=_dotted(given))
+            yield finding(line, text, original.TYPE, name=row.name, expected=kind, given=syntax.dotted(given))
         publishes = role == "Publisher" and not row.heard
         if publishes or role in {"Service", "SimpleActionServer", "ActionServer"}:
             yield finding(line, text, original.OWN_NAME, name=row.name, node=" / ".join(row.sources))
 
-    def _galil(self, call: _Call) -> Iterator[Finding]:
+    def _galil(self, call: syntax.PythonCall) -> Iterator[ScriptFinding]:
         """Yield the findings in the commands that a call sends to the controller."""
         method = call.called.rpartition(".")[2]
         owner = self._type_of_name(call.node, call.called.rpartition(".")[0]) if "." in call.called else ""
         if owner != _GCLIB and method != "GCommand":
             return
-        strings = [one for _, value in call.arguments[:1] for one in _walk(value) if one.type == "string"]
+        strings = [one for _, value in call.arguments[:1] for one in syntax.walk(value) if one.type == "string"]
         for one in strings if method in {"GCommand", "GProgramDownload"} else ():
-            whole = len(strings) == 1 and one.parent is not None and _code(one) == _code(call.arguments[0][1])
-            for number, line in enumerate(_value(one).splitlines()):
+            whole = syntax.code(one) == syntax.code(call.arguments[0][1])
+            for number, line in enumerate(syntax.value(one).splitlines()):
                 yield from lines.of_dmc(one.start_pos[0] + number, line, complete=whole)
 
-    def old_names(self) -> Iterator[Finding]:
+    def old_names(self) -> Iterator[ScriptFinding]:
         """Yield one finding for the names that Python 3 lacks."""
         found: dict[str, int] = {}
         names = [node for node in self._nodes if node.type == "name"]
@@ -474,13 +427,13 @@ class _Source:
             yield finding(first, listed(found), original.PYTHON_2_NAMES, names=listed(found))
 
 
-def _field(line: int, text: str, kind: str, name: str) -> Iterator[Finding]:
+def _field(line: int, text: str, kind: str, name: str) -> Iterator[ScriptFinding]:
     """Yield a finding for an attribute that a message type of Maya does not have."""
     if "/" in kind and " " not in kind and not _has(kind, name):
         yield finding(line, text, original.FIELD, type=kind, name=name, known=_known(kind))
 
 
-def _gclib_method(line: int, text: str, name: str) -> Iterator[Finding]:
+def _gclib_method(line: int, text: str, name: str) -> Iterator[ScriptFinding]:
     if name in _NOT_OFFERED or (name.startswith("G") and not hasattr(api.py, name)):
         yield finding(line, text, original.GCLIB_MISSING, name=name)
 
@@ -499,7 +452,7 @@ def _members(module: str) -> Sequence[str]:
 
 
 def _is_event(node: Any) -> bool:
-    name = f"/{_value(node).removeprefix('/')}" if node is not None and node.type == "string" else ""
+    name = f"/{syntax.value(node).removeprefix('/')}" if node is not None and node.type == "string" else ""
     return original.RENAMED.get(name, name) == EVENT_TOPIC
 
 
@@ -530,92 +483,3 @@ def _field_type(kind: str, name: str) -> str:
     except UnknownInterface:
         return ""
     return next((one.type for one in fields if one.name == name and "/" in one.type), "")
-
-
-def _walk(root: Any) -> Iterator[Any]:
-    """Yield a node and all below it, in the order of the source."""
-    left = [root]
-    while left:
-        node = left.pop()
-        yield node
-        left += reversed(getattr(node, "children", ()))
-
-
-def _scope(node: Any) -> int:
-    """Return the number of the function around a node, 0 outside of functions."""
-    while node is not None and node.type != "funcdef":
-        node = node.parent
-    return id(node) if node is not None else 0
-
-
-def _code(node: Any) -> str:
-    """Return the source of a node on one line, without the blanks before it."""
-    return " ".join(node.get_code(include_prefix=False).split())
-
-
-def _dotted(node: Any) -> str:
-    """Return a name with its attributes, like "self.goal.a", "" for any other expression."""
-    if node.type == "name":
-        return node.value
-    if node.type not in {"atom_expr", "power"} or node.children[0].type != "name":
-        return ""
-    trailers = node.children[1:]
-    if not all(one.type == "trailer" and one.children[0] == "." for one in trailers):
-        return ""
-    return ".".join([node.children[0].value, *(one.children[1].value for one in trailers)])
-
-
-def _calls(node: Any) -> list[_Call]:
-    """Return the calls in an expression like a.b(c).d(e), in their order; `node` is that of the whole expression."""
-    found: list[_Call] = []
-    names = [node.children[0].value] if node.children[0].type == "name" else []
-    for trailer in node.children[1:]:
-        if trailer.type != "trailer":
-            break
-        opening = trailer.children[0]
-        if opening == "." and names:
-            names.append(trailer.children[1].value)
-        elif opening == "(":
-            last = trailer is node.children[-1]
-            found.append(_Call(node if last else trailer, ".".join(names), _arguments(trailer)))
-            names = []
-        else:
-            names = []
-    return found
-
-
-def _arguments(trailer: Any) -> list[tuple[str, Any]]:
-    inner = trailer.children[1:-1]
-    given = inner[0].children if inner and inner[0].type == "arglist" else inner
-    found: list[tuple[str, Any]] = []
-    for one in given:
-        if one.type == "argument" and len(one.children) == 3 and one.children[1] == "=":
-            found.append((one.children[0].value, one.children[2]))
-        elif one.type == "argument":
-            found.append(("**", one))
-        elif one.type != "operator":
-            found.append(("", one))
-    return found
-
-
-def _value(node: Any) -> str:
-    """Return the text of a string literal, also of Python 2; "" for one that cannot be read."""
-    code = node.value.lstrip("uUbBrR")
-    quote = code[:3] if code[:3] in {'"""', "'''"} else code[:1]
-    body = code[len(quote) : len(code) - len(quote)]
-    if "\\" not in body or "r" in node.value[: len(node.value) - len(code)].lower():
-        return body
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            value = ast.literal_eval(code)
-    except (ValueError, SyntaxError):
-        return ""
-    return value if isinstance(value, str) else ""
-
-
-def _number(code: str) -> float | None:
-    try:
-        return float(code)
-    except ValueError:
-        return None

@@ -61,7 +61,7 @@ class Skipped(Protocol):
         ...
 
 
-class Report(Protocol):
+class CheckReport(Protocol):
     """The findings by file, the files that were not read, and the number of those that were."""
 
     @property
@@ -88,7 +88,7 @@ class Report(Protocol):
 class Checker(Protocol):
     """A module that checks files."""
 
-    def check(self, path: str) -> Report:
+    def check(self, path: str) -> CheckReport:
         """Return what to change in a file or below a folder; raises `FileUnreadable`."""
         ...
 
@@ -129,13 +129,13 @@ def _missing() -> MayaError:
     return EdgeNotInstalled(edge="migrate")
 
 
-def show(report: Report, settings: OutputSettings) -> int:
+def show(report: CheckReport, settings: OutputSettings) -> int:
     """Print a report, as text or JSON, and return the exit code."""
     output.answer(as_data(report, settings.language), as_text(report, settings.language), settings)
     return output.DONE if report.clean else output.FAILED
 
 
-def as_data(report: Report, language: str) -> dict[str, object]:
+def as_data(report: CheckReport, language: str) -> dict[str, object]:
     """Return a report as data with stable keys."""
     return {
         "files": report.files,
@@ -154,7 +154,7 @@ def _finding(file: str, one: Found, language: str) -> Mapping[str, object]:
     }  # fmt: skip
 
 
-def as_text(report: Report, language: str) -> str:
+def as_text(report: CheckReport, language: str) -> str:
     """Return a report as text: a paragraph for each finding, the names that remain, and a summary."""
     lines: list[str] = []
     for file, one in report.findings:
@@ -170,7 +170,7 @@ def as_text(report: Report, language: str) -> str:
     return "\n".join([*lines, _summary(report, language)])
 
 
-def _summary(report: Report, language: str) -> str:
+def _summary(report: CheckReport, language: str) -> str:
     kinds = Counter(str(one.kind) for _, one in report.findings)
     return translate(
         "{files} files read: {change} places to change, {check} to check, {unread} files not read.",

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_ros.migration import commands, markup, python
-from maya_ros.migration.finding import Finding
-from maya_ros.migration.original import Kind
+from maya_ros.migration.finding import ScriptFinding
+from maya_ros.migration.original import Severity
 
 HEAD = """\
 import math
@@ -25,8 +25,8 @@ def found(text: str) -> list[tuple[int, str]]:
     return lines([*python.read(HEAD + text)], HEAD.count("\n"))
 
 
-def lines(findings: list[Finding], before: int = 0) -> list[tuple[int, str]]:
-    return sorted({(one.line - before, one.key) for one in findings if one.kind is not Kind.SAME})
+def lines(findings: list[ScriptFinding], before: int = 0) -> list[tuple[int, str]]:
+    return sorted({(one.line - before, one.key) for one in findings if one.kind is not Severity.SAME})
 
 
 @pytest.mark.parametrize(
