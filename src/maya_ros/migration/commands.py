@@ -27,11 +27,12 @@ _PATTERNS: tuple[tuple[re.Pattern[str], Rule], ...] = (
     (re.compile(r"\bros-kinetic-|\bpython-ros\w+"), original.APT),
     (re.compile(r"/opt/ros/kinetic/\w*setup\.\w+"), original.SETUP),
     (re.compile(r"git\s+clone\b.*Maya-ROS-UN"), original.CLONE),
-    (re.compile(r"ros-coms\b|\b(?:PORT|IP|NAME)=\S+\s+(?:yarn|npm run)\s+start\b"), original.COMS),
-    (re.compile(r"\bgalilsuite|\bgaliltools\b|\bgalil_public_key|\bgclib_\w+\.(?:deb|rpm)|install\s.*\bgclib\b"),
+    (re.compile(r"\b(?:roscd|cd|clone)\s.*\bros-coms\b|\b(?:PORT|IP|NAME)=\S+\s+(?:yarn|npm run)\s+start\b"),
+     original.COMS),
+    (re.compile(r"^\W*(?:\w+\s.*)?\b(?:galilsuite|galiltools|galil_public_key|gclib_\w+\.(?:deb|rpm))|install\s.*\bgclib\b"),
      original.GALILSUITE),
 )  # fmt: skip
-_NODE_START = re.compile(r"^\s*(?:\$\s+)?(?:yarn(?:\s+(?:install|start))?|npm\s+(?:install|run\s+start)|tsc)\s*$")
+_NODE_START = re.compile(r"^[-*\s]*(?:\$\s+)?(?:yarn(?:\s+(?:install|start))?|npm\s+(?:install|run\s+start)|tsc)\s*$")
 _PYTHON = re.compile(r"^\s*(?:\$\s+)?(?:exec\s+)?(?:/usr/bin/(?:env\s+)?)?(python(?:2(?:\.\d)?)?)\s+\S")
 _ARGUMENT = re.compile(r"(-*)(\w+):=")
 
@@ -48,6 +49,17 @@ def read_shell(text: str) -> Iterator[ScriptFinding]:
         yield from of_command(line, command)
         if has_coms and _NODE_START.match(command):
             yield finding(line, command, original.COMS)
+
+
+def read_page(text: str) -> Iterator[ScriptFinding]:
+    """Yield the findings in the commands of a page: in fenced blocks, and behind a dollar sign."""
+    kept: list[str] = []
+    fenced = False
+    for line in text.splitlines():
+        if line.lstrip().startswith("```"):
+            fenced = not fenced
+        kept.append(line if fenced or line.lstrip("-* \t").startswith("$ ") else "")
+    yield from read_shell("\n".join(kept))
 
 
 def _joined(text: str) -> Iterator[tuple[int, str]]:
@@ -86,7 +98,7 @@ def _ros(line: int, command: str) -> Iterator[ScriptFinding]:
     try:
         words = shlex.split(command, comments=True)
     except ValueError:
-        words = command.split()
+        words = [word.strip("\"'") for word in command.split()]  # a part of a text in quotes
     while words and (words[0] in {"sudo", "exec", "nohup", "time"} or re.fullmatch(r"\w+=\S*", words[0])):
         words = words[1:]
     reader = _READERS.get(words[0]) if words else None

@@ -9,6 +9,7 @@ import os
 import re
 import stat
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import islice
@@ -32,11 +33,13 @@ MOST_BYTES = 4_000_000
 DEEPEST = 100
 """Most brackets within each other; the parser's time grows with their square."""
 
-_LEFT_OUT = frozenset({
-    ".git", ".svn", ".hg", ".venv", "venv", "node_modules", "__pycache__", "build", "devel", "install", "logs",
-    ".catkin_tools",
-})  # fmt: skip
-"""Folders whose files nobody writes."""
+_LEFT_OUT = frozenset(
+    {"venv", "node_modules", "site-packages", "dist-packages", "__pycache__", "build", "devel", "install", "logs"}
+)
+"""Folders whose files nobody writes, beside those with a dot before their name."""
+
+_OURS = b"The maintainers of Maya-UN"
+"""A package.xml of this project holds it."""
 
 _PAGES = frozenset({".md", ".rst", ".txt"})
 _NAMED = re.compile(
@@ -86,7 +89,13 @@ def check(path: str) -> MigrationReport:
         raise FileUnreadable(path=path, reason=phrase("it holds more than {most} files", most=MOST_FILES))
     left = MOST_BYTES
     for name in names:
-        left -= _check(name, report, left, alone=not is_folder)
+        left -= _check(name, report, alone=not is_folder)
+        if left < 0:
+            reason = phrase(
+                "it and the files before it have {most} MB; give a smaller folder", most=MOST_BYTES // 1_000_000
+            )
+            report.unread.append(Unread(str(name), reason))
+            break
     report.findings.sort(key=lambda one: (one[0], one[1].line))
     if not is_folder and report.unread:
         raise FileUnreadable(path=path, reason=report.unread[0].reason)
@@ -100,16 +109,26 @@ def _below(root: Path, report: MigrationReport) -> Iterator[Path]:
         report.unread.append(Unread(str(error.filename), _reason(error)))
 
     for folder, folders, files in os.walk(root, onerror=note):
-        folders[:] = sorted(one for one in folders if one not in _LEFT_OUT)
+        if "package.xml" in files and _is_ours(Path(folder, "package.xml")):
+            folders.clear()
+            continue
+        folders[:] = sorted(one for one in folders if one not in _LEFT_OUT and not one.startswith("."))
         yield from (Path(folder, name) for name in files)
 
 
-def _check(path: Path, report: MigrationReport, left: int, *, alone: bool) -> int:
+def _is_ours(manifest: Path) -> bool:
+    """Return whether a package.xml is one of this project, whose files are up to date."""
+    with suppress(OSError, _Unfit):
+        return _OURS in _content(manifest)
+    return False
+
+
+def _check(path: Path, report: MigrationReport, *, alone: bool) -> int:
     """Add the findings of a file to a report, and return the number of bytes that its reader took."""
     if not (alone or _has_reader(path) or _may_have_one(path)):
         return 0
     try:
-        data = _content(path, left)
+        data = _content(path)
         reader = _reader_of(path, data)
         found = list(dict.fromkeys(_Comparable(one) for one in reader(_text(data))))
     except (OSError, _Unfit) as error:
@@ -152,7 +171,7 @@ def _may_have_one(path: Path) -> bool:
     return path.suffix.lower() in {*_PAGES, ""}
 
 
-def _content(path: Path, left: int) -> bytes:
+def _content(path: Path) -> bytes:
     """Return the content of a file; raises `OSError` and `_Unfit`."""
     with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
         status = os.fstat(file.fileno())
@@ -164,9 +183,6 @@ def _content(path: Path, left: int) -> bytes:
     if len(data) > LARGEST:
         size, most = status.st_size / 1e6, LARGEST // 1000
         raise _Unfit(phrase("it has {size:.1f} MB; at most {most} kB are read", size=size, most=most))
-    if len(data) > left:
-        most = MOST_BYTES // 1_000_000
-        raise _Unfit(phrase("the files before it have {most} MB; give a smaller folder", most=most))
     return data
 
 
@@ -191,9 +207,9 @@ def _reader_of(path: Path, data: bytes) -> Reader:
     if suffix in {".msg", ".srv", ".action"}:
         return partial(commands.read_definition, name=path.stem)
     is_python = suffix == ".py" or (not suffix and _PYTHONS.match(data))
-    is_shell = suffix in {".sh", ".bash", ".zsh", *_PAGES} or (not suffix and _SHELLS.match(data))
-    if is_python or is_shell:
-        reader = _python if is_python else commands.read_shell
+    is_shell = suffix in {".sh", ".bash", ".zsh"} or (not suffix and _SHELLS.match(data))
+    if is_python or is_shell or suffix in _PAGES:
+        reader = _python if is_python else commands.read_shell if is_shell else commands.read_page
         return reader if _NAMED.search(data) else _nothing
     if suffix not in _BY_SUFFIX:
         raise _Unfit(phrase("it is no script, launch file, definition or DMC program"))

@@ -10,6 +10,7 @@ from xml.parsers import expat
 from maya_ros.migration import finding as present
 from maya_ros.migration import original
 from maya_ros.migration.finding import ScriptFinding, finding
+from maya_ros.migration.original import PACKAGES
 
 _INCLUDED = re.compile(r"\$\(find\s+(\w+)\)/(?:launch/)?([\w.-]+\.launch)")
 _REPLACED = re.compile(r"\$\((?:arg|eval|optenv)\b")
@@ -110,6 +111,8 @@ def read_package(text: str) -> Iterator[ScriptFinding]:
     if reason := reader.read(text):
         yield finding(1, reason, original.BROKEN_XML, reason=reason)
     for line, name, package in reader.texts:
+        if name == "name" and package in PACKAGES:
+            yield finding(line, f"<name>{package}</name>", original.OLD_PACKAGE, name=package)
         if name not in _DEPENDS:
             continue
         if package == "rosbridge_server":

@@ -271,6 +271,13 @@ ROSBRIDGE = Rule(
     "is in use."),
     marked("Leave it out; the node rosbridge of process.launch serves the same protocol."),
 )  # fmt: skip
+OLD_PACKAGE = Rule(
+    "old-package", "the packages of the original in your workspace",
+    marked("This is the package {name} of the original. catkin refuses two packages of one name."),
+    marked("Take this folder out of the workspace; the package of this project has its place. Keep your own scripts in "
+    "a package of another name."),
+    example={"name": "maya_robot"},
+)  # fmt: skip
 ROSBUILD = Rule(
     "rosbuild", "`stack.xml`, `manifest.xml`",
     marked("catkin reads only package.xml; rosbuild is gone."),

@@ -43,11 +43,11 @@ _SHEBANG = re.compile(r"#!.*\b(python(?:2(?:\.\d)?)?)\s*$")
 def read(text: str) -> Iterator[ScriptFinding]:
     """Yield the findings in a Python source."""
     versions = [*_version(text)]
+    is_old = any(one.rule is original.PYTHON_2 for one in versions)
+    source = _Source(syntax.modern(text) if is_old else text)
     yield from versions
-    source = _Source(text)
     yield from source.findings()
-    if not any(one.rule is original.PYTHON_2 for one in versions):
-        yield from source.old_names()
+    yield from () if is_old else source.old_names()
 
 
 def _version(text: str) -> Iterator[ScriptFinding]:

@@ -17,7 +17,7 @@ _LONGEST_LINE = 10_000
 
 def parse(text: str) -> list[Any]:
     """Return all nodes of a source, in its order. Any text is parsed; parso goes on behind an error."""
-    return list(walk(load_grammar(version=_GRAMMAR).parse(modern(text))))
+    return list(walk(load_grammar(version=_GRAMMAR).parse(text)))
 
 
 class PythonCall(NamedTuple):

@@ -189,3 +189,36 @@ def test_hostile_input_ends_within_a_bounded_time(name: str, tmp_path: Path) -> 
     begin = time.process_time()
     check(str(tmp_path))
     assert time.process_time() - begin < 20.0
+
+
+def test_only_packages_of_the_original_and_of_users_are_read(tmp_path: Path) -> None:
+    manifest = "<package><name>maya_robot</name><maintainer>{}</maintainer></package>"
+    for folder, maintainer in (("ours", "The maintainers of Maya-UN"), ("old", "A student")):
+        (tmp_path / folder / "src").mkdir(parents=True)
+        (tmp_path / folder / "package.xml").write_text(manifest.format(maintainer))
+        (tmp_path / folder / "src" / "a.py").write_text("import maya_robot.primitive_server\n")
+    found = [(str(Path(file).relative_to(tmp_path)), one.key) for file, one in check(str(tmp_path)).findings]
+    assert found == [("old/package.xml", "old-package"), ("old/src/a.py", "module")]
+
+
+def test_every_manifest_of_ours_names_its_maintainers() -> None:
+    manifests = [*(HERE.parents[3] / "ros").glob("*/package.xml")]
+    assert len(manifests) == 5
+    assert all(files._OURS in path.read_bytes() for path in manifests)
+
+
+def test_a_folder_with_too_much_ends_with_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "MOST_BYTES", 1000)
+    for number in range(30):
+        (tmp_path / f"{number:02}.sh").write_text("roslaunch maya_robot robot.launch\n" * 10)
+    report = check(str(tmp_path))
+    assert (report.files, [Path(one.file).name for one in report.unread]) == (3, ["02.sh"])
+
+
+def test_pages_have_only_their_commands_read(tmp_path: Path) -> None:
+    (tmp_path / "page.md").write_text(
+        "ros-coms needs galilsuite.\n```sh\nroslaunch maya_ui x.launch\n```\nroslaunch maya_ui y.launch\n"
+        "- $ roscd maya_process/src/ros-coms\n- $ yarn start\n"
+    )
+    found = [(one.line, one.key) for _, one in check(str(tmp_path)).findings]
+    assert found == [(3, "launch-file"), (6, "ros-coms"), (7, "ros-coms")]

@@ -133,6 +133,7 @@ SHELL = [
     ("python3 demo.py", []),
     ("/usr/bin/env python2.7 demo.py", ["python-command"]),
     ("sudo pip install gclib", ["galilsuite"]),
+    ('say "run scripts/ros; roslaunch maya_robot robot.launch"', []),
 ]
 
 
