@@ -91,8 +91,9 @@ class Rule:
 
 
 _CONVERT = marked(
-    "Convert the whole file: `2to3 -w FILE` (package 2to3 of Debian and Ubuntu), or `fissix -w FILE` under Python 3.13 "
-    "or newer (`pip install fissix`). Check divisions: 1/2 is 0.5 in Python 3. Then run `maya migrate` again."
+    "Convert the whole file: `2to3 -w FILE` (package 2to3 of Debian and Ubuntu); under Python 3.13 or newer `pip "
+    "install fissix` and `python3 -m fissix -w FILE`. Check divisions: 1/2 is 0.5 in Python 3. Then run `maya "
+    "migrate` again."
 )
 
 PYTHON_2 = Rule(
@@ -109,7 +110,7 @@ PYTHON_2_NAMES = Rule(
 )  # fmt: skip
 SHEBANG = Rule(
     "shebang", "`#!/usr/bin/env python`",
-    marked("Debian and Ubuntu have no command {name}."),
+    marked("Debian and Ubuntu have no command {name}, except in a virtual environment."),
     marked("Write `#!/usr/bin/env python3`."),
     example={"name": "python"},
 )  # fmt: skip
@@ -317,9 +318,9 @@ GALILSUITE = Rule(
 )  # fmt: skip
 PYTHON_COMMAND = Rule(
     "python-command", "`python script.py`",
-    marked("Debian and Ubuntu have no command {name}."),
+    marked("Debian and Ubuntu have no command {name}, except in a virtual environment."),
     marked("Write `python3`."),
-    example={"name": "python"},
+    Severity.CHECK, example={"name": "python"},
 )  # fmt: skip
 MESSAGE = Rule(
     "message", '`rostopic pub /maya_move …`, `rosservice call /gripper "…"`',
