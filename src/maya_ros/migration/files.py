@@ -43,11 +43,11 @@ _OURS = b"The maintainers of Maya-UN"
 
 _PAGES = frozenset({".md", ".rst", ".txt"})
 _NAMED = re.compile(
-    rb"maya|gclib|ros-coms|ros-kinetic|/opt/ros/kinetic|/gripper|/hardware_sensor|send_task|_queue|/step_|/home\b|/move\b"
-    rb"|/task\b|galil",
+    rb"maya|gclib|galil|ros-coms|ros-kinetic|/opt/ros/kinetic|/hardware_sensor|/step_|send_task|start_queue|stop_queue"
+    rb"|rospy|actionlib|roslaunch|rosrun|rostopic|rosservice",
     re.IGNORECASE,
 )
-"""The names of which a Python or shell file must hold one, or else it has nothing of the original."""
+"""The names of which a Python file, a shell script or a page must hold one, or else it has nothing of the original."""
 
 _SHELLS = re.compile(rb"#!.*\b(?:ba|da|z)?sh\b")
 _PYTHONS = re.compile(rb"#!.*\bpython")

@@ -170,6 +170,12 @@ CONSTANT = Rule(
     marked("Take one of: {known}."),
     example={"name": "MAX_TENSION", "known": "MAYA_HEIGHT, DELTA, …"},
 )  # fmt: skip
+CONSTANT_PLACE = Rule(
+    "constant-place", "`from maya_controller.config import SP_A`",
+    marked("`maya_controller.config` is a package, and has no {name} itself."),
+    marked("Import it from `maya_controller.config.constants`."),
+    example={"name": "SP_A"},
+)  # fmt: skip
 CONSTANT_SET = Rule(
     "constant-set", "editing `constants.py`, or `constants.SP_A = 2000`",
     marked("The module only shows the configuration. An assignment changes this program alone, not the robot."),

@@ -23,6 +23,7 @@ from maya_ros.migration.finding import ScriptFinding, finding, listed
 from maya_ros.migration.original import EVENT_TOPIC, MODULES, NODE_PYTHON, PACKAGES
 from maya_un.errors import UnknownInterface
 
+_CONFIG = "maya_controller.config"
 _EVENTS = "maya_controller.config.events"
 _CONSTANTS = "maya_controller.config.constants"
 _MOVE = "maya_controller/MoveGoal"
@@ -220,9 +221,11 @@ class _Source:
             yield from self._constant(line, text, name)
         elif module == _EVENTS and name != "read":
             yield from self._word(line, text, name)
+        elif module == _CONFIG and name in present.constants():
+            yield finding(line, text, original.CONSTANT_PLACE, name=name)
         elif module in MODULES and name in MODULES[module]:
             yield from self._module(line, text, module)
-        elif module in MODULES and module != "maya_controller.config":
+        elif module in MODULES and module != _CONFIG:
             known = listed(sorted(MODULES[module]))
             yield finding(line, text, original.FUNCTION, module=module, name=name, known=known)
         else:
@@ -301,7 +304,9 @@ class _Source:
             yield from self._constant(line, f"{before}.{name}", name)
         elif module == _EVENTS and name != "read":
             yield from self._word(line, f"{before}.{name}", name)
-        elif module in MODULES and module != "maya_controller.config" and name not in MODULES[module]:
+        elif module == _CONFIG and name in present.constants():
+            yield finding(line, f"{before}.{name}", original.CONSTANT_PLACE, name=name)
+        elif module in MODULES and module != _CONFIG and name not in MODULES[module]:
             known = listed(sorted(MODULES[module]))
             yield finding(line, f"{before}.{name}", original.FUNCTION, module=module, name=name, known=known)
         kind = self._type_of_name(node, before)

@@ -51,6 +51,8 @@ def lines(findings: list[ScriptFinding], before: int = 0) -> list[tuple[int, str
         ("c.B_MAX, c.SIGMA", []),
         ("c.MAX_B", ["constant"]),
         ("c.B_MAX = 2", ["constant-set"]),
+        ("from maya_controller.config import SP_A", ["constant-place"]),
+        ("from maya_controller import config; config.SP_A, config.constants.SP_A", ["constant-place"]),
         ("events.ESTOP", []),
         ("events.EMERGENCY", ["event-word"]),
         ("rospy.Publisher('/send_task', Task)", []),
