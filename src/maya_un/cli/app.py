@@ -10,7 +10,7 @@ import typer
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
 from dmc41x3.i18n import phrase
-from maya_un.cli import datum, primitives
+from maya_un.cli import datum, migrate, primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
 from maya_un.cli.commission import commands as commission
@@ -428,6 +428,7 @@ doctor.register(app, _HOW)
 commission.register(app, _HOW)
 completion.register(app, _HOW)
 access.register(app, _HOW)
+migrate.register(app, _HOW)
 
 
 @plot.command("job", **_HOW)

@@ -69,6 +69,7 @@ Information (no robot needed)
   completion bash|zsh|fish                     complete commands in the shell
   calibrate FILE [--apply]                     fit the machine's constants to measured points
   commission [--address WHERE] [--restart]     check the wiring of a new machine, step by step, with you
+  migrate FILE                                 show what to change in scripts of the original Maya; also a folder
 
 Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc serve [--port N] [--speed X]             serve a twin, a virtual DMC-41x3, on TCP and UDP
