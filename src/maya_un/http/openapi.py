@@ -35,7 +35,7 @@ from maya_un.http.middleware import UNLIMITED
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_TEXT
 from maya_un.process.journal.protocol import JobOptions
-from maya_un.process.spec.job import BARE, SKILLS, Grid, Job
+from maya_un.process.spec.job import BARE, SKILLS, SPEED, Grid, Job
 from maya_un.process.spec.statements import STATEMENTS, Statement
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Primitive, Switch, Target
@@ -129,9 +129,10 @@ def _job() -> dict[str, Any]:
     step, models = schema["$defs"]["Step"], schema["$defs"]
     skills = {name: _step(PRIMITIVES[name].argument) for name in SKILLS}
     statements = {name: _statement(one, models.pop(one.__name__)) for name, one in STATEMENTS.items()}
-    share = step["properties"]["speed"]["anyOf"][0] | {"description": "share of the speed for this step"}
-    step["properties"] = {**skills, **statements, "speed": share}
-    step["oneOf"] = [{"required": [name]} for name in step["properties"] if name != "speed"]
+    shares = [kind for kind in step["properties"]["speed"]["anyOf"] if kind.get("type") != "null"]
+    speed = {"anyOf": shares, "description": "share of the speed for this step, if it travels"}
+    step["properties"] = {**skills, **statements, SPEED: speed}
+    step["oneOf"] = [{"required": [name]} for name in step["properties"] if name != SPEED]
     for places in ("parts", "places"):
         schema["properties"][places] |= {"additionalProperties": POINT}
     schema["properties"]["steps"]["items"]["oneOf"].append({"enum": sorted(BARE)})
