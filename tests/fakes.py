@@ -68,6 +68,7 @@ class FakeController:
         self.state = state_of(self._exact(homed_pose(self.config)) if homed else None, closed=closed)
         self.calls: list[tuple[str, object]] = []
         self.fail_at: dict[int, MayaError] = {}
+        self.inputs = [True] * 8
         self.previews = 0
         self.stops = 0
         self._planner = Planner(self.config, self.mechanism)
@@ -162,6 +163,10 @@ class FakeController:
         """Switch an output at once."""
         await self._take("output", (number, on), 0.0)
         self.events.emit(OutputSet(number) if on else OutputCleared(number))
+
+    async def input(self, number: int) -> bool:
+        """Return the level of an input."""
+        return self.inputs[number - 1]
 
     async def stop(self) -> StopReport:
         """End what is under way with `Stopped`."""

@@ -310,6 +310,35 @@ class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated
 
 
 @dataclass(frozen=True)
+class InputAwaited(Event, word="input_wait", en="waiting until input {input} is {state}", narrated=True):
+    """Step `index` of job number `job` waits until the digital `input` (1 to 8) is in `state`, on or off."""
+
+    job: int
+    index: int
+    input: int
+    state: str
+
+
+@dataclass(frozen=True)
+class QuestionAsked(Event, word="question", en="question: {question} ({choices})", narrated=True):
+    """Step `index` of job number `job` asks the operator a `question`. `choices` are the answers, separated by /."""
+
+    job: int
+    index: int
+    question: str
+    choices: str
+
+
+@dataclass(frozen=True)
+class QuestionAnswered(Event, word="answer", en="answer: {answer}", narrated=True):
+    """The question of step `index` of job number `job` has this `answer`."""
+
+    job: int
+    index: int
+    answer: str
+
+
+@dataclass(frozen=True)
 class QueueChanged(Event, word="queue", en="queue {state}"):
     """The queue starts jobs again (`state` running) or starts none (paused), for `reason`, by the user `by`."""
 

@@ -76,6 +76,30 @@ def angle_in(data: object, key: str) -> float:
     return _in_data(data, key, ANGLE)
 
 
+def duration_in(data: object, key: str) -> float:
+    """Return a number [s], or a text with a unit, as a duration [s]; raises `InvalidValue` naming `key`."""
+    return _plain_or_text(data, key, DURATION)
+
+
+def share_in(data: object, key: str) -> float:
+    """Return a number (1 for 100 %), or a text with %, as a ratio; raises `InvalidValue` naming `key`."""
+    return _plain_or_text(data, key, SHARE)
+
+
+def _plain_or_text(data: object, key: str, kind: QuantityKind) -> float:
+    if isinstance(data, str) and not _is_bare(data):
+        return quantity(data, key, kind)
+    if isinstance(data, bool) or not isinstance(data, int | float):
+        raise InvalidValue(key=key, value=repr(data), reason=kind.rule)
+    try:
+        number = float(data)
+    except OverflowError:
+        number = inf
+    if not isfinite(number):
+        raise InvalidValue(key=key, value=repr(data), reason="it is not finite")
+    return number
+
+
 def has_units(data: object) -> bool:
     """Return whether plain data hold a text that is a number with a unit."""
     if isinstance(data, Mapping):

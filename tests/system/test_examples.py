@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import runpy
 import sys
 from math import dist
@@ -10,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from maya_un.assembly import stack
+from maya_un.cli.progress import Display
+from maya_un.cli.questions import answer_questions
 from maya_un.config import Config, load
 from maya_un.process.spec.job import load_job
 from maya_un.process.spec.tasks import starting_parts
@@ -40,7 +43,11 @@ async def test_job_leaves_its_parts_at_the_targets(name: str) -> None:
     parts = starting_parts(job, config.cell.grasp_height)
     async with stack(config, parts=parts, live=False) as maya:
         assert maya.twin is not None
-        report = await maya.service.wait((await maya.service.submit(job)).id)
+        number = (await maya.service.submit(job)).id
+        answers = asyncio.create_task(answer_questions(maya, number, Display(), "en", dry=True))
+        report = await maya.service.wait(number)
+        answers.cancel()
+        await asyncio.wait({answers})
         assert report.state == "done", report.message
         assert report.parts.keys() == parts.keys()
         for part, commanded in report.parts.items():

@@ -1,6 +1,6 @@
 import { expect, test } from "vitest";
 import type { StepResult } from "../src/generated/api.ts";
-import { bodyAsJob, firstGap, firstUndone, freshName, newestByName, newStep, palletOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
+import { bodyAsJob, firstGap, firstUndone, freshName, newestByName, newStep, palletOf, percentOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
 
 const JOB: JobData = {
   name: "one cube",
@@ -15,6 +15,9 @@ test.each([
   [{ pick: "cube" }, { command: "pick", argument: "cube", inner: null }],
   [{ gripper: "open" }, { command: "gripper", argument: "open", inner: null }],
   [{ for_each: "tray", do: ["home"] }, { command: "for_each", argument: "tray", inner: ["home"] }],
+  [{ pick: "cube", speed: 0.5 }, { command: "pick", argument: "cube", inner: null, speed: 0.5 }],
+  [{ speed: "50 %", line: "mat" }, { command: "line", argument: "mat", inner: null, speed: "50 %" }],
+  [{ wait: 2 }, { command: "wait", argument: 2, inner: null }],
   [{ shake: 3 }, { command: "shake", argument: 3, inner: null }],
   [7, { command: "", argument: 7, inner: null }],
 ])("reads the step %j", (step, parts) => {
@@ -26,6 +29,26 @@ test("writes every step as it was read", () => {
     const { command, argument, inner } = readStep(step);
     expect(writeStep(command, argument, inner)).toEqual(step);
   }
+});
+
+test.each([{ wait: 2 }, { set: { output: "vacuum", to: "on" } }, { wait_for: { input: 3, is: "off", within: 10 } }, { ask: "Ready?" }, { pick: "cube", speed: 0.25 }])("writes the step %j as it was read", (step) => {
+  const { command, argument, inner, speed } = readStep(step);
+  expect(writeStep(command, argument, inner, speed)).toEqual(step);
+});
+
+test.each([[0.5, 50], ["50 %", 50], ["0.25", 25], [undefined, null], ["fast", null]])("reads the speed %j as %j percent", (speed, percent) => {
+  expect(percentOf(speed)).toBe(percent);
+});
+
+test("a new statement is not complete until its channel or question is chosen", () => {
+  expect(firstGap({ steps: [newStep(JOB, "wait")] })).toBeNull();
+  for (const command of ["set", "wait_for", "ask"]) expect(firstGap({ steps: [newStep(JOB, command)] })).toEqual({ step: 0, inner: null });
+  expect(firstGap({ steps: [{ set: { output: 3, to: "on" } }] })).toBeNull();
+});
+
+test("a renamed part keeps the speed of its step, and changes no question", () => {
+  const job = { ...JOB, steps: [{ pick: "cube", speed: 0.5 }, { ask: "cube" }] };
+  expect(renamed(job, "parts", "cube", "box").steps).toEqual([{ pick: "box", speed: 0.5 }, { ask: "cube" }]);
 });
 
 test.each([

@@ -42,6 +42,7 @@ Robot (commands to the robot that `maya up` runs; lengths in m or like 120mm, an
 
 Queue
   queue           queue pause|resume|step      show the queue; pause it, continue it, do one step
+  queue answer [CHOICE]                        answer the question of the running job
   queue recover   queue move|clear|backup ...  decide about an interrupted job; reorder, back up
   job submit FILE job show|cancel|edit ... N   one job, from its submission to its end
   history [N]                                  list past jobs: owner, predicted and actual times

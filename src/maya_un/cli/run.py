@@ -22,6 +22,7 @@ from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places, truth_of_twin
 from maya_un.cli.progress import Display, chosen, tell
+from maya_un.cli.questions import answer_questions
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
@@ -250,7 +251,9 @@ class _JobRun:
             return RunOutcome(as_data(to_data(report), places), interrupted)
 
     async def _watched(self, robot: Stack, job: int) -> tuple[JobReport, bool]:
-        watchers = [asyncio.create_task(self._narrate(robot)), asyncio.create_task(self._animate(robot))]
+        answers = answer_questions(robot, job, self._display, self._settings.language, dry=self._pace is None)
+        works = (self._narrate(robot), self._animate(robot), answers)
+        watchers = [asyncio.create_task(work) for work in works]
         with self._ended_by_sigterm():
             try:
                 return await robot.service.wait(job), False
@@ -305,7 +308,7 @@ def _by_service(client: ServiceClient, job: Job, display: Display, settings: Out
     url = f"http://{client.host}:{client.port}"
     display.note(translate("With the running robot at {url}.", settings.language, url=url))
     since = client.ask(requests.status())["last_event"]
-    accepted = client.ask(requests.submit(job.model_dump(exclude_none=True, warnings=False)))
+    accepted = client.ask(requests.submit(job.as_data()))
     report, interrupted = follow(client, accepted["id"], since, display, settings)
     places = client.ask(requests.twin())["parts"] if client.ask(requests.status())["address"] == SIM else None
     return RunOutcome(as_data(report, places), interrupted)

@@ -60,6 +60,7 @@ class QueueMethods:
     pause = Verb(requests.pause_queue)
     resume = Verb(requests.resume_queue)
     step = Verb(requests.step_queue)
+    answer = Verb(requests.answer_question)
     clear = Verb(requests.clear_queue)
     recover = Verb(requests.choose_recovery)
     hold = Verb(requests.hold_job)

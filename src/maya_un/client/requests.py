@@ -407,6 +407,14 @@ def step_queue() -> Request[QueueView]:
     return Request("POST", "/v1/queue/step", Answer("maya_un.schema.jobs", "QueueView"))
 
 
+def answer_question(answer: str) -> Request[QueueView]:
+    """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
+
+    If no job asks, the error is 4004 NotFound.
+    """
+    return Request("POST", "/v1/queue/answer", Answer("maya_un.schema.jobs", "QueueView"), body={"answer": answer})
+
+
 def clear_queue() -> Request[QueueView]:
     """Cancel all waiting jobs, held ones included. The running job continues."""
     return Request("POST", "/v1/queue/clear", Answer("maya_un.schema.jobs", "QueueView"), timeout=120.0)

@@ -198,6 +198,8 @@ def _controller_address(address: str) -> str:
 
 Address = Annotated[str, AfterValidator(_controller_address)]
 """HOST, HOST:PORT, or a serial port as PATH or PATH@BAUD."""
+ChannelName = Annotated[str, Field(pattern=r"^([A-Za-z][A-Za-z0-9_-]{0,39})?$")]
+"""The name of a digital output or input: a letter, then letters, digits, - and _; "" for none."""
 
 
 class ControllerConfig(ConfigSection):
@@ -210,7 +212,17 @@ class ControllerConfig(ConfigSection):
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records per second [Hz]")] = 20.0
     outputs: Annotated[
         tuple[Annotated[int, Field(ge=1, le=8)], ...],
-        Field(strict=False, max_length=7, description="digital outputs that primitives may switch; default: none"),
+        Field(
+            strict=False, max_length=7, description="digital outputs that primitives and jobs may switch; default: none"
+        ),
+    ] = ()
+    output_names: Annotated[
+        tuple[ChannelName, ...],
+        Field(strict=False, max_length=8, description='names of outputs 1 to 8 for jobs, in order; "" for no name'),
+    ] = ()
+    input_names: Annotated[
+        tuple[ChannelName, ...],
+        Field(strict=False, max_length=8, description='names of inputs 1 to 8 for jobs, in order; "" for no name'),
     ] = ()
 
 
@@ -560,6 +572,14 @@ class Config(ConfigSection):
             raise Contradiction("controller.outputs", list(self.controller.outputs), phrase("an output is named twice"))
         if self.gripper.output in self.controller.outputs:
             raise Contradiction("controller.outputs", self.gripper.output, phrase("it is the output of the gripper"))
+        return self
+
+    @model_validator(mode="after")
+    def _channels_have_names_of_their_own(self) -> Self:
+        for key in ("output_names", "input_names"):
+            names = [name for name in getattr(self.controller, key) if name]
+            if len(set(names)) < len(names):
+                raise Contradiction(f"controller.{key}", names, phrase("a name stands twice"))
         return self
 
     @model_validator(mode="after")

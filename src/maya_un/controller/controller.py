@@ -34,6 +34,7 @@ from maya_un.errors import (
     LimitReached,
     MachineError,
     MarkerMissing,
+    NotConnected,
     NothingToRecover,
     OwnershipLost,
     PositionNotKept,
@@ -93,6 +94,7 @@ class GalilController:
         self.config = config
         self.units = self._monitor.units
         self.stops = 0
+        self._live = live
         self._along_vector = False
 
     @property
@@ -435,6 +437,18 @@ class GalilController:
             self.events.emit(OutputSet(number) if on else OutputCleared(number))
             await monitor.look()
             command.check()
+
+    async def input(self, number: int) -> bool:
+        """Return whether digital input `number`, from 1 to 8, is high; raises `NotConnected`.
+
+        A live controller has it from the latest record, another one reads it.
+        """
+        if not self._live:
+            await self._monitor.look()
+        signals = self._monitor.signals()
+        if signals is None:
+            raise NotConnected
+        return signals.inputs[number - 1]
 
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; return the duration and distance of braking.

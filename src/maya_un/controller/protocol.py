@@ -375,6 +375,10 @@ class Controller(Protocol):
         """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
         ...
 
+    async def input(self, number: int) -> bool:
+        """Return whether digital input `number`, from 1 to 8, is high; raises `NotConnected`."""
+        ...
+
     async def stop(self) -> StopReport:
         """Begin to brake at once, on the path, past every queue; return the duration and distance of braking."""
         ...

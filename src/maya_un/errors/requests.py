@@ -27,7 +27,17 @@ class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
     """No task or job has this number."""
 
-    what: Literal["job", "interrupted job", "recording", "token", "zone", "twin", "stored queue", "measured point"]
+    what: Literal[
+        "job",
+        "interrupted job",
+        "recording",
+        "token",
+        "zone",
+        "twin",
+        "stored queue",
+        "measured point",
+        "open question",
+    ]
     number: int | str | Literal["now", "here", "on a real machine", "with `--journal memory`"]
 
 
@@ -138,6 +148,19 @@ class DependencyFailed(
 
     number: int
     state: JobStateWord
+
+
+class InputTimeout(
+    RequestError,
+    code=4024,
+    en="Input {input} was not {level} within {seconds:g} s. Find out why, then run the job again from this step "
+    "with `maya job again`.",
+):
+    """A job has waited too long for a digital input."""
+
+    input: int
+    level: Literal["on", "off"]
+    seconds: float
 
 
 class InvalidMessage(

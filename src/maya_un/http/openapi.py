@@ -35,7 +35,8 @@ from maya_un.http.middleware import UNLIMITED
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_TEXT
 from maya_un.process.journal.protocol import JobOptions
-from maya_un.process.spec.job import BARE, COMMANDS, Grid, Job
+from maya_un.process.spec.job import BARE, SKILLS, SPEED, Grid, Job
+from maya_un.process.spec.statements import STATEMENTS, Statement
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Primitive, Switch, Target
 from maya_un.service.access.operations import RULES, STOPPING, Operation
@@ -115,10 +116,23 @@ def _step(argument: Argument) -> dict[str, Any]:
             return {"const": True}
 
 
+def _statement(statement: type[Statement], schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a statement, whose `schema` is that of its model."""
+    whole = {key: value for key, value in schema.items() if key not in {"title", "description"}}
+    if not statement.short:
+        return whole | {"description": statement.summary}
+    return {"anyOf": [schema["properties"][statement.short], whole], "description": statement.summary}
+
+
 def _job() -> dict[str, Any]:
     schema = TypeAdapter(Job).json_schema(ref_template=REFERENCE)
-    schema["$defs"]["Step"]["properties"] = {name: _step(PRIMITIVES[name].argument) for name in COMMANDS}
-    schema["$defs"]["Step"] |= {"minProperties": 1, "maxProperties": 1}
+    step, models = schema["$defs"]["Step"], schema["$defs"]
+    skills = {name: _step(PRIMITIVES[name].argument) for name in SKILLS}
+    statements = {name: _statement(one, models.pop(one.__name__)) for name, one in STATEMENTS.items()}
+    shares = [kind for kind in step["properties"]["speed"]["anyOf"] if kind.get("type") != "null"]
+    speed = {"anyOf": shares, "description": "share of the speed for this step, if it travels"}
+    step["properties"] = {**skills, **statements, SPEED: speed}
+    step["oneOf"] = [{"required": [name]} for name in step["properties"] if name != SPEED]
     for places in ("parts", "places"):
         schema["properties"][places] |= {"additionalProperties": POINT}
     schema["properties"]["steps"]["items"]["oneOf"].append({"enum": sorted(BARE)})

@@ -33,8 +33,10 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.json_object import decode_object
 from maya_un.process.spec.poses import TaughtPlaces
+from maya_un.process.spec.statements import Statement
 from maya_un.process.spec.tasks import (
     COMMAND_KEY,
+    Action,
     Body,
     Expansion,
     Recall,
@@ -56,6 +58,7 @@ from maya_un.schema.previews import (
     JobText,
     Nearest,
     ParsedJob,
+    PhasePreview,
     Refusal,
     Samples,
     StepPreview,
@@ -82,9 +85,29 @@ class PreviewSource(Protocol):
         """The machine's constants."""
         ...
 
-    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
+    def preview(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePreview:
         """Return the preview of `primitive` from `start`; raises the errors of running it."""
         ...
+
+
+def _previewed(robot: PreviewSource, task: Task, start: Pose) -> PrimitivePreview:
+    """Return the preview of a task from `start`; raises the errors of running it."""
+    action = task.action
+    if isinstance(action, Statement):
+        action.checked(robot.config.controller, task.place)
+        return PrimitivePreview(action.duration, _phases(action), None, None, start)
+    return robot.preview(action, start, task.speed)
+
+
+def _phases(statement: Statement) -> tuple[PhasePreview, ...]:
+    return (PhasePreview(statement.command, statement.duration),)
+
+
+def require_channels(tasks: Sequence[Task], config: Config) -> None:
+    """Raise `InvalidJob` for the first statement with an output or input that the configuration lacks."""
+    for task in tasks:
+        if isinstance(task.action, Statement):
+            task.action.checked(config.controller, task.place)
 
 
 def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
@@ -98,7 +121,7 @@ def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> G
     refusal: Refusal | None = None
     for task in tasks:
         try:
-            step = robot.preview(task.primitive, pose)
+            step = _previewed(robot, task, pose)
         except RequestError as error:
             refusal = Refusal(task.index, task.key, task.label, Notice(error.code, str(error)))
             break
@@ -143,7 +166,9 @@ def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
 class InspectionSource(PreviewSource, Protocol):
     """A source of details of primitives."""
 
-    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+    def inspect(
+        self, primitive: Primitive, start: Pose, samples: int = 200, speed: float = 1.0
+    ) -> tuple[list[ActionDetail], Pose]:
         """Return the details of every action of `primitive` from `start`, and its end pose."""
         ...
 
@@ -159,7 +184,11 @@ def inspect_tasks(
     found = _Collected()
     pose = start
     for task in tasks[: len(preview.steps)]:
-        details, pose = robot.inspect(task.primitive, pose, samples)
+        action = task.action
+        if isinstance(action, Statement):
+            details = [ActionDetail(_phases(action), action.duration, None)]
+        else:
+            details, pose = robot.inspect(action, pose, samples, task.speed)
         for detail in details:
             found.add(task.index, detail)
         if len(found.inspections) * samples > most:
@@ -309,14 +338,18 @@ def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[
 
 
 def path_ahead(
-    workspace: Workspace, primitives: Sequence[Primitive], start: Pose, most: int
+    workspace: Workspace, actions: Sequence[Action], start: Pose, most: int
 ) -> Generator[None, None, tuple[Point, ...]]:
-    """Return at most `most` points [m] on the path of the last of some primitives, which begin at `start`."""
+    """Return at most `most` points [m] on the path of the last of some actions, which begin at `start`."""
     pose = start
-    for primitive in primitives[:-1]:
-        pose = on_paper(workspace).preview(primitive, pose).end
+    *before, last = actions
+    for action in before:
+        if not isinstance(action, Statement):
+            pose = on_paper(workspace).preview(action, pose).end
         yield
-    found = on_paper(workspace).plan(primitives[-1], pose)
+    if isinstance(last, Statement):
+        return ()
+    found = on_paper(workspace).plan(last, pose)
     yield
     return gripper_path(workspace, found, most)
 
@@ -325,7 +358,7 @@ def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generat
     """Return the end of some tasks; raises the error of the first task that would be refused."""
     pose = start
     for task in tasks:
-        pose = on_paper(workspace).preview(task.primitive, pose).end
+        pose = _previewed(on_paper(workspace), task, pose).end
         yield
     return pose
 
@@ -416,14 +449,18 @@ class JobComputer:
     async def written(self, job: object, *, whose: str) -> StoredJob:
         """Return the stored form of a job of user `whose`; `parsed` defines what `job` may be.
 
-        Raises as `Job.parse` and `write_job` do, and as `Workers.run`.
+        Raises as `Job.parse` and `write_job` do, `InvalidJob` for an output or input that the configuration lacks, and
+        as `Workers.run`.
         """
         if self._staff is None:
-            return write_job(parsed(job), self._grasp_height, self._recall)
-        asked = (job, self.taught(), self._grasp_height)
-        answer = await self._staff.people.run(write, *asked, whose=f"submit {whose}", each=SUBMITTED)
-        name, body, rest = answer.value
-        return StoredJob(name, body, rest.joined(answer.parts))
+            written = write_job(parsed(job), self._grasp_height, self._recall)
+        else:
+            asked = (job, self.taught(), self._grasp_height)
+            answer = await self._staff.people.run(write, *asked, whose=f"submit {whose}", each=SUBMITTED)
+            name, body, rest = answer.value
+            written = StoredJob(name, body, rest.joined(answer.parts))
+        require_channels(written.expansion.tasks, self._robot.config)
+        return written
 
     async def expanded(self, body: Body, steps: int = 0, *, whose: str = CHECK) -> Expansion:
         """Return the expansion of a stored job with `steps` steps.
@@ -469,14 +506,14 @@ class JobComputer:
                 break
         return joined_outlook(courses, start)
 
-    async def path_ahead(self, primitives: Sequence[Primitive], start: Pose, most: int) -> tuple[Point, ...]:
-        """Return at most `most` points [m] on the path of the last of some primitives, which begin at `start`.
+    async def path_ahead(self, actions: Sequence[Action], start: Pose, most: int) -> tuple[Point, ...]:
+        """Return at most `most` points [m] on the path of the last of some actions, which begin at `start`.
 
         Without workers there are none. Raises the errors of planning, and as `Workers.run` does.
         """
         if self._staff is None:
             return ()
-        return await self._asked(path_ahead, primitives, start, most, whose=AHEAD)
+        return await self._asked(path_ahead, actions, start, most, whose=AHEAD)
 
     async def require(self, tasks: Sequence[Task], start: Pose) -> None:
         """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
@@ -487,7 +524,7 @@ class JobComputer:
                 pose = await self._asked(require, some, pose, whose=CHECK)
                 continue
             for task in some:
-                pose = self._robot.preview(task.primitive, pose).end
+                pose = _previewed(self._robot, task, pose).end
                 await asyncio.sleep(0)
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:

@@ -17,23 +17,26 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, StorageFailed, WrongState
+from maya_un.errors import Cancelled, Faulted, InvalidValue, NotConnected, NotFound, StorageFailed, WrongState
+from maya_un.events import QuestionAnswered
 from maya_un.process.computation import JobComputer
 from maya_un.process.journal.protocol import JobRow, Journal, RequestOwner, StepRow
 from maya_un.process.journal.sqlite import MemoryJournal
 from maya_un.process.lease import ControlLease
 from maya_un.process.queue.ahead import StepAhead
 from maya_un.process.queue.believed import BelievedParts
-from maya_un.process.queue.changes import Changes, Dates, QueuePauser, TransactionLog
+from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transaction, TransactionLog
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, JobEditor, JobSubmitter, SubmitRequest
-from maya_un.process.queue.entries import QueueEntries, QueueEntry
+from maya_un.process.queue.entries import OpenQuestion, QueueEntries, QueueEntry
 from maya_un.process.queue.recovery import JobRecoverer, RecoveryChoice
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler, ShieldedTasks
+from maya_un.process.queue.statements import require_choice
 from maya_un.process.queue.views import QueueViews
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.poses import TaughtPlaces
@@ -84,7 +87,7 @@ class Process:
         self._ledger = ledger = TransactionLog(self.journal, controller.events)
         self._pausing = pausing = QueuePauser(ledger, controller.events, dates)
         self._whole = ShieldedTasks()
-        changes = Changes(items, controller.events)
+        self._changes = changes = Changes(items, controller.events)
         self.foresight = foresight = JobComputer(robot, controller, self._grasp_height, recall, staff)
         shared = RunnerContext(robot, controller, ledger, changes, pausing, dates, foresight, self._durable)
         self._submitting = JobSubmitter(items, ledger, changes, dates)
@@ -244,6 +247,32 @@ class Process:
         await self._whole.do(self._recovering.recover(choice, holding, resume_queue=go_on, by=by))
         await self.turns.lift()
         self.turns.wake()
+
+    async def answer(self, answer: str) -> None:
+        """Answer the question of the job under way.
+
+        Raises `NotFound` without one, `InvalidValue` for an answer that it does not offer, `StorageFailed`.
+        """
+        item = self.turns.running
+        question = None if item is None else item.question
+        if item is None or question is None or question.answered.done():
+            raise NotFound(what="open question", number="now")
+        require_choice(question, answer)
+        await self._whole.do(self._answered(item, question, answer))
+
+    async def _answered(self, item: QueueEntry, question: OpenQuestion, answer: str) -> None:
+        """Store an answer, then pass it on."""
+        assert item.record is not None
+        step = item.record.steps[question.index - 1]
+
+        def propose() -> list[Transaction]:
+            if item.question is not question or question.answered.done():
+                raise NotFound(what="open question", number="now")
+            changed = self._changes.step(item, step, replace(step.row, phase=answer), sure=False, quiet=True)
+            return [changed, Transaction((), lambda: question.answered.set_result(answer))]
+
+        await self._ledger.write(propose)
+        self._controller.events.emit(QuestionAnswered(item.number, question.index, answer))
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return the preview of `job` from `start`; raises as `submit` for its contents; sends nothing."""

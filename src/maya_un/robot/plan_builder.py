@@ -54,7 +54,7 @@ class HomingAction:
 
 @dataclass(frozen=True, slots=True)
 class TravelAction:
-    """Move along `path` from the robot's position without a stop, as in `preview`.
+    """Move along `path` from the robot's position without a stop, at a share `speed` of the limits, as in `preview`.
 
     `turn` is the number of the via at which a second phase begins, and that phase's name; None for a single phase.
     """
@@ -63,6 +63,7 @@ class TravelAction:
     path: Path
     preview: Preview
     turn: tuple[int, str] | None = None
+    speed: float = 1.0
 
     @property
     def duration(self) -> float:
@@ -258,11 +259,14 @@ class ApproachTarget:
 class PlanBuilder:
     """Collects the actions of one primitive; `pose` is the robot's pose after the actions added so far.
 
+    `speed` is the share of the limits at which it travels.
+
     Every method that travels raises `NotHomed`, `Unreachable` or `PathRefused`; nothing is ever sent.
     """
 
-    def __init__(self, ground: PlanningMachine, pose: Pose) -> None:
+    def __init__(self, ground: PlanningMachine, pose: Pose, speed: float = 1.0) -> None:
         self._ground = ground
+        self._speed = speed
         self._config = ground.config
         self._actions: list[Action] = []
         self.pose = pose
@@ -299,7 +303,7 @@ class PlanBuilder:
         transfer_height = max(above.z, cell.grasp_height + cell.clearance)
         goal = self._ground.workspace.require(above if down is None else target)
         planner = TransferPlanner(self._config, self._ground.mechanism, smooth=cell.smooth)
-        transfer = planner.plan(self._ground.preview, self.here(), goal, transfer_height)
+        transfer = planner.plan(self._preview, self.here(), goal, transfer_height)
         turn = None if down is None or transfer.arrival is None else (transfer.arrival, down)
         only = down if down is not None and transfer.arrival is None else phase
         self._travel(only, transfer.path, transfer.preview, turn)
@@ -328,7 +332,7 @@ class PlanBuilder:
         """
         if self.pose.joints is None:
             return True
-        trial = PlanBuilder(self._ground, self.pose)
+        trial = PlanBuilder(self._ground, self.pose, self._speed)
         try:
             trial._go_above("", approach_target, target, "" if approach_target.touched else None)
             if approach_target.touched:
@@ -347,7 +351,10 @@ class PlanBuilder:
         self._go(phase, Path.joints(self.here(), target))
 
     def _go(self, phase: str, path: Path) -> None:
-        self._travel(phase, path, self._ground.preview(path))
+        self._travel(phase, path, self._preview(path))
+
+    def _preview(self, path: Route) -> Preview:
+        return self._ground.preview(path, speed=self._speed)
 
     def grip(self, phase: str, *, open_: bool, grasps: bool = False) -> None:
         """Open or close the gripper."""
@@ -367,5 +374,5 @@ class PlanBuilder:
 
     def _travel(self, phase: str, path: Path, preview: Preview, turn: tuple[int, str] | None = None) -> None:
         if preview.duration > 0.0:
-            self._actions.append(TravelAction(phase, path, preview, turn))
+            self._actions.append(TravelAction(phase, path, preview, turn, self._speed))
         self.pose = self.pose._replace(joints=preview.end)

@@ -49,49 +49,51 @@ class Plans:
 
     def __init__(self, ground: PlanningMachine) -> None:
         self._ground = ground
-        self._plans: dict[tuple[Primitive, Pose], tuple[PrimitivePlan, Workspace]] = {}
+        self._plans: dict[tuple[Primitive, Pose, float], tuple[PrimitivePlan, Workspace]] = {}
 
     @property
     def config(self) -> Config:
         """The machine's constants."""
         return self._ground.config
 
-    def plan(self, primitive: Primitive, start: Pose) -> PrimitivePlan:
-        """Return the plan, cached or new.
+    def plan(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePlan:
+        """Return the plan at a share `speed` of the limits, cached or new.
 
         A plan cached in another workspace is reused only if it is unchanged in this one. Raises the errors of
         `Robot.preview`.
         """
         workspace = self._ground.workspace
-        known = self._plans.get((primitive, start))
+        known = self._plans.get((primitive, start, speed))
         if known is not None and (known[1] is workspace or self._holds(known[0])):
             plan = known[0]
         else:
-            builder = PlanBuilder(self._ground, start)
+            builder = PlanBuilder(self._ground, start, speed)
             primitive.plan(builder)
             plan = builder.build()
-        self.remember(primitive, start, plan)
-        return plan
-
-    def remember(self, primitive: Primitive, start: Pose, plan: PrimitivePlan) -> None:
-        """Cache a plan of the present workspace."""
         if len(self._plans) >= _REMEMBERED:
             self._plans.clear()
-        self._plans[primitive, start] = (plan, self._ground.workspace)
+        self._plans[primitive, start, speed] = (plan, workspace)
+        return plan
 
-    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
+    def preview(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePreview:
         """Return the preview of `primitive` from `start`; raises as `plan` does."""
-        return self.plan(primitive, start).preview()
+        return self.plan(primitive, start, speed).preview()
 
-    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+    def inspect(
+        self, primitive: Primitive, start: Pose, samples: int = 200, speed: float = 1.0
+    ) -> tuple[list[ActionDetail], Pose]:
         """Return the details of every action of `primitive` from `start`, and its end pose; raises as `plan` does.
 
         Every motion has `samples` samples.
         """
-        plan = self.plan(primitive, start)
+        plan = self.plan(primitive, start, speed)
         details: list[ActionDetail] = []
         for action in plan.actions:
-            motion = self._ground.inspect(action.path, samples=samples) if isinstance(action, TravelAction) else None
+            motion = (
+                self._ground.inspect(action.path, speed=action.speed, samples=samples)
+                if isinstance(action, TravelAction)
+                else None
+            )
             details.append(ActionDetail(action.phases(), action.duration, motion))
         return details, plan.end
 
@@ -99,7 +101,7 @@ class Plans:
         """Return whether `plan` is unchanged in this workspace: homing measures strokes, and zones lower speeds."""
         travels = [action for action in plan.actions if isinstance(action, TravelAction)]
         try:
-            return all(self._ground.preview(travel.path) == travel.preview for travel in travels)
+            return all(self._ground.preview(travel.path, speed=travel.speed) == travel.preview for travel in travels)
         except (Unreachable, PathRefused, TrajectoryRefused):
             return False
 
@@ -109,10 +111,12 @@ def on_paper(workspace: Workspace) -> Plans:
     return drawer().on(workspace, Plans)
 
 
-def plan(workspace: Workspace, primitive: Primitive, start: Pose) -> Generator[None, None, PrimitivePlan]:
+def plan(
+    workspace: Workspace, primitive: Primitive, start: Pose, speed: float = 1.0
+) -> Generator[None, None, PrimitivePlan]:
     """Return the plan of a primitive in a worker; raises as `Plans.plan` does."""
     yield
-    return on_paper(workspace).plan(primitive, start)
+    return on_paper(workspace).plan(primitive, start, speed)
 
 
 def gripper_path(workspace: Workspace, found: PrimitivePlan, most: int) -> tuple[Point, ...]:
@@ -162,24 +166,27 @@ class Robot(Protocol):
         """Store a user's answer whether the closed gripper holds a part, until it is opened or closed again."""
         ...
 
-    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return the preview of `primitive` from `start`; sends nothing.
+    def preview(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePreview:
+        """Return the preview of `primitive` from `start`, at a share `speed` of the limits; sends nothing.
 
         Raises the errors of `run`: `Unreachable`, `PathRefused`, `NotHomed`, `GripperNotEmpty` or `GripperEmpty`.
         """
         ...
 
-    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+    def inspect(
+        self, primitive: Primitive, start: Pose, samples: int = 200, speed: float = 1.0
+    ) -> tuple[list[ActionDetail], Pose]:
         """Return the details of every action of `primitive` from `start`, and its end pose; raises as `preview`.
 
         Every motion has `samples` samples.
         """
         ...
 
-    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None, speed: float = 1.0) -> None:
         """Do `primitive` and return when it is done; every phase emits an event and calls `on_phase`.
 
-        An error before the start moves nothing. Raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of
+        It travels at a share `speed` of the limits, above 0 up to 1, which multiplies with the speed override. An error
+        before the start moves nothing. Raises `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of
         `preview`, and `Stopped` or a `MachineError` if the motion ended early. Cancelling it stops on the path; the
         gripper keeps its state.
         """
@@ -230,20 +237,22 @@ class PlanningRobot:
         """Store a user's answer whether the closed gripper holds a part, until it is opened or closed again."""
         self._memory.seen(holding=holding)
 
-    def preview(self, primitive: Primitive, start: Pose) -> PrimitivePreview:
-        """Return the preview of `primitive` from `start`; sends nothing.
+    def preview(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePreview:
+        """Return the preview of `primitive` from `start`, at a share `speed` of the limits; sends nothing.
 
         Raises the errors of `run` for its target, its path and the gripper: `Unreachable`, `PathRefused`, `NotHomed`,
         `GripperNotEmpty`, `GripperEmpty`.
         """
-        return self._plans.preview(primitive, start)
+        return self._plans.preview(primitive, start, speed)
 
-    def inspect(self, primitive: Primitive, start: Pose, samples: int = 200) -> tuple[list[ActionDetail], Pose]:
+    def inspect(
+        self, primitive: Primitive, start: Pose, samples: int = 200, speed: float = 1.0
+    ) -> tuple[list[ActionDetail], Pose]:
         """Return the details of every action of `primitive` from `start`, and its end pose; raises as `preview` does.
 
         Every motion has `samples` samples.
         """
-        return self._plans.inspect(primitive, start, samples)
+        return self._plans.inspect(primitive, start, samples, speed)
 
     @contextmanager
     def _turn(self, primitive: Primitive) -> Iterator[None]:
@@ -262,17 +271,17 @@ class PlanningRobot:
         if on_phase is not None:
             on_phase(phase)
 
-    async def _planned(self, primitive: Primitive) -> PrimitivePlan:
+    async def _planned(self, primitive: Primitive, speed: float = 1.0) -> PrimitivePlan:
         """Return the plan from the robot's position, which has not moved meanwhile; raises as `preview`.
 
         A worker takes some time: raises `Stopped` if a stop comes meanwhile.
         """
         if self._workers is None:
-            return self._plans.plan(primitive, self.pose)
+            return self._plans.plan(primitive, self.pose, speed)
         stops = self._controller.stops
         while True:
             start, workspace = self.pose, self._controller.workspace
-            planned = await self._workers.run(plan, workspace, primitive, start, whose=OWN)
+            planned = await self._workers.run(plan, workspace, primitive, start, speed, whose=OWN)
             if self._controller.stops != stops:
                 raise Stopped
             if (start, workspace) == (self.pose, self._controller.workspace):
@@ -282,16 +291,17 @@ class PlanningRobot:
 class MayaRobot(PlanningRobot):
     """Runs primitives on a controller; see `protocol.Robot`."""
 
-    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None, speed: float = 1.0) -> None:
         """Do `primitive` and return when it is done; every phase emits an event and calls `on_phase`.
 
-        The primitive is checked as a whole first: an error before the start has moved and sent nothing. Raises
-        `NotConnected`, `Faulted`, `NotHomed`, `Busy`, the errors of `preview`, and `Stopped` or a `MachineError` if it
-        ended early. Cancelling it stops on the path; the gripper keeps its state.
+        It travels at a share `speed` of the limits, which multiplies with the speed override. The primitive is checked
+        as a whole first: an error before the start has moved and sent nothing. Raises `NotConnected`, `Faulted`,
+        `NotHomed`, `Busy`, the errors of `preview`, and `Stopped` or a `MachineError` if it ended early. Cancelling it
+        stops on the path; the gripper keeps its state.
         """
         with self._turn(primitive):
             self._require_ready(primitive)
-            plan = await self._planned(primitive)
+            plan = await self._planned(primitive, speed)
             self._require_ready(primitive)
             for action in plan.actions:
                 await self._do(action, lambda phase: self._enter(phase, primitive, on_phase))
@@ -328,7 +338,7 @@ class MayaRobot(PlanningRobot):
 
     async def _travel(self, action: TravelAction, enter: OnPhase) -> None:
         if action.turn is None:
-            await self._controller.follow(action.path)
+            await self._controller.follow(action.path, speed=action.speed)
             return
         turn, phase = action.turn
 
@@ -336,4 +346,4 @@ class MayaRobot(PlanningRobot):
             if via == turn:
                 enter(phase)
 
-        await self._controller.follow(action.path, on_via=passed)
+        await self._controller.follow(action.path, speed=action.speed, on_via=passed)

@@ -223,6 +223,14 @@ class Recovering:
 
 
 @dataclass(frozen=True, slots=True)
+class Answering:
+    """The answer to the question of the running job: one of its choices."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    answer: Annotated[str, Field(min_length=1, max_length=30)]
+
+
+@dataclass(frozen=True, slots=True)
 class Taking:
     """Request of the lease: a note, the renewal time `patience` [s], and `force` to take it from its holder."""
 

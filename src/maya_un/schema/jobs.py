@@ -149,12 +149,29 @@ class Recovery:
 
 
 @dataclass(frozen=True, slots=True)
+class OperatorQuestion:
+    """A question to the operator, of step `index` of a job: its text, and the answers to choose from.
+
+    It is `open` while the job waits for the answer. After a restart the job must be recovered first, and asks
+    again.
+    """
+
+    job: int
+    name: str
+    index: int
+    question: str
+    choices: tuple[str, ...]
+    open: bool = True
+
+
+@dataclass(frozen=True, slots=True)
 class QueueView:
     """The queue now: its mode, by whom, why and since when it is paused; the running job and the first waiting ones.
 
     `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` is the number
     of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended at the
     present speed, without held ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
+    `question` is the one that waits for an answer.
     """
 
     mode: QueueMode
@@ -167,6 +184,7 @@ class QueueView:
     finish_at: str | None
     recovery: Recovery | None
     estimated: bool = False
+    question: OperatorQuestion | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -111,6 +111,7 @@ ACTIONS: dict[str, UserAction] = {
     "resume queue": UserAction((Operation.RESUME,)),
     "step queue": UserAction((Operation.STEP,)),
     "decide": UserAction((Operation.RESTART,)),
+    "answer": UserAction((Operation.RESUME,)),
     "teach": UserAction((Operation.TEACH,), (connected, homed)),
     "zones": UserAction((Operation.ZONES,), (free,)),
     "take lease": UserAction((Operation.LEND, Operation.LEASE)),

@@ -292,6 +292,15 @@ class QueueService:
         await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
         return self.view()
 
+    async def answer(self, answer: str, by: Caller = LOCAL) -> QueueView:
+        """Answer the question of the running job by one of its choices; the answer `cancel` ends the job.
+
+        Raises `NotFound` without an open question, `InvalidValue` for another answer, `StorageFailed`.
+        """
+        del by  # the audit log contains the caller's name
+        await self._process.answer(answer)
+        return self.view()
+
     def proposes(self, by: Caller) -> bool:
         """Return whether a job of `by` needs approval."""
         holder = self._lease.holder

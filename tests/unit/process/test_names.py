@@ -42,11 +42,11 @@ def refusal(*steps: Any, **changes: Any) -> MayaError:
 
 def test_a_cell_is_a_place() -> None:
     pick, place, approach = tasks({"pick": "tray[1,2]"}, {"place": "box[1, 3]"}, {"approach": "tray[3,4]"})
-    assert isinstance(pick.primitive, Pick)
-    assert pick.primitive.target == pytest.approx((0.4, 1.0, 0.4))
-    assert place.primitive == Place(Point(1.2, 0.3, 0.4))
-    assert isinstance(approach.primitive, Approach)
-    assert approach.primitive.target == pytest.approx((0.6, 1.2, 0.4))
+    assert isinstance(pick.action, Pick)
+    assert pick.action.target == pytest.approx((0.4, 1.0, 0.4))
+    assert place.action == Place(Point(1.2, 0.3, 0.4))
+    assert isinstance(approach.action, Approach)
+    assert approach.action.target == pytest.approx((0.6, 1.2, 0.4))
     assert [task.label for task in (pick, place)] == ["pick tray[1,2]", "place box[1,3]"]
 
 
@@ -121,27 +121,27 @@ def test_a_named_part_is_found_on_its_cell_however_that_was_computed() -> None:
     third = {"corners": [[0.2, 1.0], [0.5, 1.0]], "rows": 1, "columns": 4}
     part = Job.parse({"parts": {"cube": [0.3, 1.0]}, "pallets": {"line": third}, "steps": [{"pick": "line[1,2]"}]})
     (task,) = expand(part, 0.4).tasks
-    assert isinstance(task.primitive, Pick)
-    assert task.primitive.target.x != 0.3
+    assert isinstance(task.action, Pick)
+    assert task.action.target.x != 0.3
     assert task.part == "cube"
 
 
 def test_a_taught_pose_is_a_place_and_a_goal() -> None:
     pick, move = tasks({"pick": "shelf"}, {"move": "shelf"})
-    assert (pick.primitive, move.primitive) == (Pick(Point(0.5, 1.1, 0.62)), MoveJoints(Joints(0.4, 1.6, 1.3)))
+    assert (pick.action, move.action) == (Pick(Point(0.5, 1.1, 0.62)), MoveJoints(Joints(0.4, 1.6, 1.3)))
     assert move.label == "move shelf"
 
 
 def test_names_of_the_job_come_before_taught_names() -> None:
     (task,) = tasks({"pick": "shelf"}, places={"shelf": [1.0, 0.5]})
-    assert task.primitive == Pick(Point(1.0, 0.5, 0.4))
+    assert task.action == Pick(Point(1.0, 0.5, 0.4))
 
 
 def test_corners_may_be_places_and_taught_poses() -> None:
     corners = {"mixed": {"corners": ["here", "shelf"], "rows": 1, "columns": 3}}
     (task,) = tasks({"approach": "mixed[1,2]"}, places={"here": [0.3, 1.1]}, pallets=corners)
-    assert isinstance(task.primitive, Approach)
-    assert task.primitive.target == pytest.approx((0.4, 1.1, 0.51))
+    assert isinstance(task.action, Approach)
+    assert task.action.target == pytest.approx((0.4, 1.1, 0.51))
 
 
 def test_taught_poses_are_read_only_for_jobs_that_need_them() -> None:

@@ -39,14 +39,14 @@ JOB = {
 
 def primitives(body: dict[str, object]) -> list[Primitive]:
     """Return what a body comes to after it has been in a file."""
-    return [task.primitive for task in expanded(json.loads(json.dumps(body)), HEIGHT).tasks]
+    return [task.action for task in expanded(json.loads(json.dumps(body)), HEIGHT).tasks]
 
 
 def test_names_are_stored_with_the_job() -> None:
     written = write_job(Job.parse(JOB), HEIGHT, lambda: BOOK)
     assert set(written.body["taught"]["poses"]) == {"shelf", "corner", "edge"}
     assert set(written.body["taught"]["pallets"]) == {"box"}
-    assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
+    assert primitives(written.body) == [task.action for task in written.expansion.tasks]
     assert len(written.expansion.tasks) == 7
 
 
@@ -70,7 +70,7 @@ def test_shown_job_is_the_written_one() -> None:
 )
 def test_command_is_stored_with_its_numbers(command: dict[str, object]) -> None:
     written = write_command(command, HEIGHT, TaughtPlaces)
-    assert primitives(written.body) == [task.primitive for task in written.expansion.tasks]
+    assert primitives(written.body) == [task.action for task in written.expansion.tasks]
     assert written.name == command["command"]
 
 

@@ -21,17 +21,17 @@ def expanded(*steps: Any, repeat: int = 1) -> Expansion:
 
 def test_names_become_points() -> None:
     tasks = expanded("home", {"pick": "cube"}, {"place": "tray"}, {"approach": "bin"}).tasks
-    assert [task.primitive for task in tasks] == [Home(), Pick(CUBE), Place(TRAY), Approach(BIN)]
+    assert [task.action for task in tasks] == [Home(), Pick(CUBE), Place(TRAY), Approach(BIN)]
 
 
 def test_steps_without_names_are_unchanged() -> None:
     tasks = expanded({"gripper": "open"}, {"gripper": "close"}, {"move": [0.4, 1.6, 1.3]}).tasks
-    assert [task.primitive for task in tasks] == [Gripper(True), Gripper(False), MoveJoints(Joints(0.4, 1.6, 1.3))]
+    assert [task.action for task in tasks] == [Gripper(True), Gripper(False), MoveJoints(Joints(0.4, 1.6, 1.3))]
 
 
 def test_placed_part_is_at_its_place() -> None:
     done = expanded({"pick": "cube"}, {"place": "tray"}, {"pick": "cube"}, {"place": "bin"})
-    assert [task.primitive for task in done.tasks] == [Pick(CUBE), Place(TRAY), Pick(TRAY), Place(BIN)]
+    assert [task.action for task in done.tasks] == [Pick(CUBE), Place(TRAY), Pick(TRAY), Place(BIN)]
     assert done.parts == {"cube": BIN}
 
 
@@ -42,7 +42,7 @@ def test_part_is_also_found_by_its_place() -> None:
 
 def test_repeated_job_continues_with_the_parts_in_place() -> None:
     tasks = expanded({"pick": "cube"}, {"place": "tray"}, repeat=3).tasks
-    assert [task.primitive for task in tasks] == [Pick(CUBE), Place(TRAY), *(Pick(TRAY), Place(TRAY)) * 2]
+    assert [task.action for task in tasks] == [Pick(CUBE), Place(TRAY), *(Pick(TRAY), Place(TRAY)) * 2]
     assert [task.index for task in tasks] == [1, 2, 3, 4, 5, 6]
     assert tasks[-1].key == "steps.1"
 

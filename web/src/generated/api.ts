@@ -17,6 +17,10 @@ export interface Again {
   from_step?: number | null;
 }
 
+export interface Answering {
+  answer: string;
+}
+
 export interface AuditLine {
   number: number;
   date: string;
@@ -191,6 +195,8 @@ export interface ControllerConfig {
   timeout: number;
   stream_rate: number;
   outputs: (number)[];
+  output_names: (string)[];
+  input_names: (string)[];
 }
 
 export interface CylinderConfig {
@@ -652,6 +658,15 @@ export interface Offering {
 
 export type OnFailure = "continue" | "pause";
 
+export interface OperatorQuestion {
+  job: number;
+  name: string;
+  index: number;
+  question: string;
+  choices: (string)[];
+  open: boolean;
+}
+
 export interface PalletInfo {
   name: string;
   rows: number;
@@ -731,6 +746,7 @@ export interface QueueView {
   finish_at: string | null;
   recovery: Recovery | null;
   estimated: boolean;
+  question: OperatorQuestion | null;
 }
 
 export type Range = [number, number];
@@ -942,6 +958,11 @@ export interface Step {
   line?: (number)[] | { x: number; y: number; z?: number; } | string;
   gripper?: "open" | "close";
   move?: (number)[] | { a: number; b: number; c: number; } | string;
+  wait?: number | string | { seconds: number | string; };
+  set?: { output: number | string; to: "on" | "off" | true | false; };
+  wait_for?: { input: number | string; is: "on" | "off" | true | false; within?: number | string | null; };
+  ask?: string | { question: string; choices?: (string)[]; };
+  speed?: number;
 }
 
 export interface StepPreview {
@@ -1113,6 +1134,7 @@ export interface Operations {
   "POST /v1/queue/pause": { body: Pausing; answer: QueueView };
   "POST /v1/queue/resume": { body: undefined; answer: QueueView };
   "POST /v1/queue/step": { body: undefined; answer: QueueView };
+  "POST /v1/queue/answer": { body: Answering; answer: QueueView };
   "POST /v1/queue/clear": { body: undefined; answer: QueueView };
   "GET /v1/queue/recovery": { body: undefined; answer: Recovery };
   "POST /v1/queue/recovery": { body: Recovering; answer: QueueView };
@@ -1182,7 +1204,7 @@ export interface Operations {
 
 /** The value of each topic of the stream. */
 export interface Topics {
-  queue: { mode: QueueMode; reason: string; by: string; since: string; running: JobLine | null; waiting: (JobLine)[]; counts: Record<string, number>; finish_at: string | null; recovery: Recovery | null; estimated?: boolean; };
+  queue: { mode: QueueMode; reason: string; by: string; since: string; running: JobLine | null; waiting: (JobLine)[]; counts: Record<string, number>; finish_at: string | null; recovery: Recovery | null; estimated?: boolean; question?: OperatorQuestion | null; };
   motion: { began?: number | null; path?: (PathPoint)[]; next?: NextStep | null; };
   link: { up: boolean; reply?: number | null; late_reply?: number | null; records?: number | null; age?: number | null; losses?: number | null; };
   signals: Signals | null;
@@ -1193,4 +1215,4 @@ export interface Topics {
 }
 
 /** The actions of `Permissions`. */
-export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";
+export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "answer" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";

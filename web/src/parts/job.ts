@@ -13,16 +13,23 @@ export type JobData = Omit<Job, "steps" | "parts" | "places"> & {
 /** A step as plain data: "home", `{pick: …}` or `{for_each: …, do: […]}`. */
 export type Step = unknown;
 
-/** The steps that have blocks of their own (maya_un.robot.primitives). Others are shown, and changed in the text. */
-export const COMMANDS = ["home", "pick", "place", "approach", "line", "move", "gripper"] as const;
+/** The statements that have blocks (maya_un.process.spec.statements). */
+export const STATEMENTS: readonly string[] = ["wait", "set", "wait_for", "ask"];
+
+/** The steps that have blocks of their own (maya_un.robot.primitives, and statements). Others are shown, and changed in the text. */
+export const COMMANDS: readonly string[] = ["home", "pick", "place", "approach", "line", "move", "gripper", ...STATEMENTS];
+
+/** The steps that travel, so that they may have a share of the speed. */
+export const TRAVELS: readonly string[] = ["pick", "place", "approach", "line", "move"];
 
 export const EMPTY: JobData = { steps: [] };
 
-/** A step by its parts: the command, its argument, and the steps of a loop. */
+/** A step by its parts: the command, its argument, the steps of a loop, and its share of the speed if it has one. */
 export interface StepParts {
   command: string;
   argument: unknown;
   inner: readonly Step[] | null;
+  speed?: unknown;
 }
 
 function isMapping(value: unknown): value is Record<string, unknown> {
@@ -36,13 +43,21 @@ export function readStep(step: Step): StepParts {
     const inner = step["do"];
     return { command: "for_each", argument: step["for_each"], inner: Array.isArray(inner) ? inner : [] };
   }
-  const [command = "", argument = null] = Object.entries(step)[0] ?? [];
-  return { command, argument: command === "home" ? true : argument, inner: null };
+  const [command = "", argument = null] = Object.entries(step).find(([key]) => key !== "speed") ?? [];
+  return { command, argument: command === "home" ? true : argument, inner: null, speed: step["speed"] };
 }
 
-export function writeStep(command: string, argument: unknown, inner: readonly Step[] | null = null): Step {
+export function writeStep(command: string, argument: unknown, inner: readonly Step[] | null = null, speed: unknown = undefined): Step {
   if (inner !== null) return { for_each: argument, do: inner };
-  return command === "home" ? "home" : { [command]: argument };
+  if (command === "home") return "home";
+  return speed === undefined || speed === null ? { [command]: argument } : { [command]: argument, speed };
+}
+
+/** Returns the share of the speed of a step in percent, null for the full speed: 0.5 and "50 %" are 50. */
+export function percentOf(speed: unknown): number | null {
+  if (typeof speed === "number") return Math.round(speed * 100);
+  const found = typeof speed === "string" ? /^([\d.]+)\s*(%?)$/.exec(speed.trim()) : null;
+  return found === null ? null : Math.round(Number(found[1]) * (found[2] ? 1 : 100));
 }
 
 /** Where a step goes: a name, a cell of a pallet, numbers, or nothing yet. */
@@ -115,6 +130,7 @@ export function firstGap(job: JobData): Gap | null {
 }
 
 function isOpen(command: string, argument: unknown): boolean {
+  if (STATEMENTS.includes(command) && isMapping(argument)) return [null, ""].some((empty) => Object.values(argument).includes(empty));
   return command !== "home" && (argument === null || argument === undefined || argument === "" || hasHole(argument));
 }
 
@@ -165,9 +181,9 @@ export function renamed(job: JobData, group: NameGroup, old: string, name: strin
 }
 
 function retargeted(step: Step, old: string, name: string): Step {
-  const { command, argument, inner } = readStep(step);
+  const { command, argument, inner, speed } = readStep(step);
   if (inner !== null) return writeStep(command, argument, inner.map((one) => retargeted(one, old, name)));
-  return argument === old ? writeStep(command, name) : step;
+  return argument === old && !STATEMENTS.includes(command) ? writeStep(command, name, null, speed) : step;
 }
 
 /** Removes a part or place. Steps that name it keep the name, and the service refuses it as unknown. */
@@ -180,6 +196,9 @@ export function withoutName(job: JobData, group: NameGroup, name: string): JobDa
 export function newStep(job: JobData, command: string, within: string | null = null): Step {
   if (command === "home") return "home";
   if (command === "gripper") return { gripper: "open" };
+  if (command === "wait") return { wait: 1 };
+  if (command === "set") return { set: { output: null, to: "on" } };
+  if (command === "wait_for") return { wait_for: { input: null, is: "on" } };
   if (command === "for_each") return { for_each: Object.keys(job.pallets ?? {})[0] ?? null, do: [{ pick: null }] };
   if (command === "pick" && within !== null) return { pick: `${within}[each]` };
   if (command === "pick") return { pick: firstUnused(job, "pick", Object.keys(job.parts ?? {})) };
@@ -225,8 +244,8 @@ export function newestByName<Line extends Pick<JobLine, "name">>(lines: readonly
 
 /** Returns a step as people write it: `home`, where the service keeps `{home: true}`. */
 function plain(step: Step): Step {
-  const { command, argument, inner } = readStep(step);
-  return writeStep(command, argument, inner === null ? null : inner.map(plain));
+  const { command, argument, inner, speed } = readStep(step);
+  return writeStep(command, argument, inner === null ? null : inner.map(plain), speed);
 }
 
 /**

@@ -94,6 +94,20 @@ export const QUEUE = words({
   loopOver: ["The pallet of the loop in step {number}", "El palé del bucle del paso {number}"],
   loopCells: ["every cell of {name}", "cada celda de {name}"],
   loopPart: ["cells {name}", "celdas {name}"],
+  seconds: ["Seconds that step {number} waits", "Segundos que espera el paso {number}"],
+  output: ["The output of step {number}", "La salida del paso {number}"],
+  input: ["The input of step {number}", "La entrada del paso {number}"],
+  level: ["The level in step {number}", "El nivel en el paso {number}"],
+  on: ["on", "activada"],
+  off: ["off", "desactivada"],
+  within: ["Longest wait of step {number} in s; empty: no limit", "Espera máxima del paso {number} en s; vacío: sin límite"],
+  noLimit: ["no limit", "sin límite"],
+  noOutputs: ["No outputs: see controller.outputs", "Sin salidas: vea controller.outputs"],
+  question: ["The question of step {number}", "La pregunta del paso {number}"],
+  choices: ["The answers in step {number}, separated by commas", "Las respuestas del paso {number}, separadas por comas"],
+  speedOf: ["Speed of step {number} in %", "Velocidad del paso {number} en %"],
+  asks: ["Job {job}, {name}, asks", "El trabajo {job}, {name}, pregunta"],
+  askedAgain: ["It asks again when the interrupted job goes on.", "Preguntará de nuevo cuando siga el trabajo interrumpido."],
   names: ["Parts and places", "Piezas y lugares"],
   namesHint: ["A name stands for coordinates. Steps then say “pick cube” instead of numbers.", "Un nombre representa unas coordenadas. Así los pasos dicen «recoger cubo» en vez de números."],
   part: ["Part", "Pieza"],
@@ -148,4 +162,10 @@ export const REASONS: Record<string, Words> = {
 };
 
 /** The primitives in jobs, as blocks. */
-export const COMMANDS: Record<string, Words> = { ...PRIMITIVES, for_each: ["For each", "Para cada"] };
+export const COMMANDS: Record<string, Words> = { ...PRIMITIVES,
+  wait: ["Wait", "Esperar"],
+  set: ["Set output", "Fijar salida"],
+  wait_for: ["Wait for input", "Esperar entrada"],
+  ask: ["Ask", "Preguntar"],
+  for_each: ["For each", "Para cada"],
+};

@@ -227,6 +227,10 @@ class GraphController:
     def signals(self) -> None:
         """Nothing: another node has them."""
 
+    async def input(self, number: int) -> bool:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="digital inputs")
+
     async def interrogate(self, command: str) -> str:
         """Raise `NotOverRos`: another node has the controller."""
         raise NotOverRos(request="terminal")

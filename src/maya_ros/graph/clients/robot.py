@@ -10,8 +10,9 @@ from maya_ros.graph.outcome import cancel_on_stop, run_action
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import TASK
 from maya_un.config import Config
-from maya_un.errors import Busy
+from maya_un.errors import Busy, NotOverRos
 from maya_un.events import Event, GripperClosed
+from maya_un.robot.plan_builder import Pose, PrimitivePreview
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.gripper import Gripper
 from maya_un.robot.primitives.pick import Pick
@@ -37,17 +38,24 @@ class GraphRobot(PlanningRobot):
         self._again = AGAIN * max(1.0, speed)
         controller.events.heard_by(self._hear)
 
-    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None) -> None:
+    async def run(self, primitive: Primitive, on_phase: OnPhase | None = None, speed: float = 1.0) -> None:
         """Have the robot layer execute `primitive`; every phase is an event and is passed to `on_phase`.
 
-        Raises the error that the layer reports, with its code and words. Cancelling this call stops on the path; the
-        gripper stays as it is.
+        Raises `NotOverRos` for a `speed` other than 1, because no message of the manual holds one. Raises
+        the error that the layer reports, with its code and words. Cancelling this call stops on the path; the gripper
+        stays as it is.
         """
+        _require_full(speed)
         with self._turn(primitive):
             try:
                 await cancel_on_stop(self._controller.events, self._run(primitive, on_phase))
             finally:
                 await self._settled()
+
+    def preview(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePreview:
+        """Return the preview of `primitive` from `start`; raises as `run` does, so that no such job begins."""
+        _require_full(speed)
+        return super().preview(primitive, start)
 
     async def _run(self, primitive: Primitive, on_phase: OnPhase | None) -> None:
         if isinstance(primitive, Pick) and self.pose.gripper is GripperState.FOUND:
@@ -87,3 +95,8 @@ class GraphRobot(PlanningRobot):
         """Remember what a pick has grasped."""
         if isinstance(event, GripperClosed) and isinstance(self._running, Pick):
             self._memory.grasped()
+
+
+def _require_full(speed: float) -> None:
+    if speed != 1.0:
+        raise NotOverRos(request="the speed of a step")

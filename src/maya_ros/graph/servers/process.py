@@ -281,11 +281,12 @@ def status_of(view: QueueView, controller: Controller) -> DiagnosticStatus:
 def queue_message(view: QueueView) -> Message:
     """Return the state of a queue as plain data: numbers are those of jobs, sentences are in English.
 
-    {"mode": "running", "reason": "", "running": 3, "waiting": 2, "interrupted": null}. An interrupted job is {"job": 3,
+    {"mode": "running", "reason": "", "running": 3, "waiting": 2, "interrupted": null, "question": null}. A question has
+    its job, its step, its text and its choices. An interrupted job is {"job": 3,
     "name": "...", "step": "pick", "phase": "lower", "choices": [...]}, each choice {"name": "redo", "meaning": "...",
     "needs_answer": true}.
     """
-    recovery = view.recovery
+    recovery, question = view.recovery, view.question
     interrupted = None
     if recovery is not None:
         interrupted = {
@@ -301,6 +302,7 @@ def queue_message(view: QueueView) -> Message:
         "running": None if view.running is None else view.running.id,
         "waiting": len(view.waiting),
         "interrupted": interrupted,
+        "question": None if question is None or not question.open else asdict(question),
     }
 
 

@@ -53,7 +53,7 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     about = "Show and change the queue of jobs. Without a command, show it."
     queue = typer.Typer(add_completion=False, rich_markup_mode=None, help=about)
     queue.callback(invoke_without_command=True, **how)(_shown)
-    for command in (pause, resume, step, clear, move, recover, backup, restore, export):
+    for command in (pause, resume, step, answer, clear, move, recover, backup, restore, export):
         queue.command(**how)(command)
     about = "One job, from its submission to its end."
     job = typer.Typer(add_completion=False, rich_markup_mode=None, epilog=how["epilog"], help=about)
@@ -105,6 +105,19 @@ def step(context: typer.Context) -> int:
     from maya_un.cli.queueing import queue
 
     return queue.step(settings_of(context))
+
+
+def answer(
+    context: typer.Context,
+    choice: Annotated[
+        str | None,
+        typer.Argument(metavar="[CHOICE]", help="one of the choices; without it the command asks, on a terminal"),
+    ] = None,
+) -> int:
+    """Answer the question of the running job. The answer cancel ends the job."""
+    from maya_un.cli.queueing import queue
+
+    return queue.answer(choice, settings_of(context))
 
 
 def clear(context: typer.Context) -> int:

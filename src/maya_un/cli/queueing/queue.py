@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
+from maya_un.cli.queueing.recovery import typed
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.client.request import Request
@@ -70,6 +72,23 @@ def resume(settings: OutputSettings) -> int:
 def step(settings: OutputSettings) -> int:
     """Do one step, then pause."""
     return _told(requests.step_queue(), settings)
+
+
+def answer(choice: str | None, settings: OutputSettings) -> int:
+    """Answer the question of the running job; on a terminal, prompt for a missing choice.
+
+    Raises `InvalidCommandLine` if the choice is missing without a terminal.
+    """
+    client = ServiceClient.find()
+    if choice is None:
+        question = client.ask(requests.queue())["question"]
+        if question is None or not question["open"]:
+            return output.answer({"question": None}, translate("No job asks a question.", settings.language), settings)
+        if settings.json or not sys.stdin.isatty():
+            raise InvalidCommandLine(reason=phrase("{name} is missing", name="CHOICE"), command="maya queue answer")
+        prompt = f"{question['question']} ({', '.join(question['choices'])}): "
+        choice = typed(prompt, question["choices"], settings.language)
+    return _told(requests.answer_question(choice), settings)
 
 
 def clear(settings: OutputSettings) -> int:

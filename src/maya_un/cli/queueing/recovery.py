@@ -37,11 +37,11 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
         output.say(text.recovery(offer, settings.language))
         names = [one["name"] for one in offer["choices"]]
         question = translate("Choose what to do with the job ({choices}): ", settings.language)
-        choice = cast("Choice", _asked(question, names, settings.language))
+        choice = cast("Choice", typed(question, names, settings.language))
     if holding is None and asks and _needs_answer(offer, choice):
         yes, no = translate("yes", settings.language), translate("no", settings.language)
         question = translate("Does the gripper hold a part (yes, no)? ", settings.language)
-        holding = _asked(question, (yes, no), settings.language) == yes
+        holding = typed(question, (yes, no), settings.language) == yes
     view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause))
     said = text.mode(view, settings.language)
     if view["recovery"] is not None:  # another job is interrupted
@@ -53,7 +53,7 @@ def _needs_answer(offer: Mapping[str, Any], choice: str) -> bool:
     return any(one["name"] == choice and one["needs_answer"] for one in offer["choices"])
 
 
-def _asked(question: str, answers: Sequence[str], language: str) -> str:
+def typed(question: str, answers: Sequence[str], language: str) -> str:
     """Return one of the answers, typed in full or abbreviated; raises `InvalidCommandLine` at the end of the input."""
     choices = ", ".join(answers)
     while True:

@@ -71,6 +71,9 @@ def queue(view: Mapping[str, Any], status: Mapping[str, Any], lease: Mapping[str
         )
     if view["recovery"] is not None:
         blocks.append(recovery(view["recovery"], language))
+    asked = view.get("question")
+    if asked is not None and asked["open"]:
+        blocks.append(question(asked, language))
     if jobs:
         blocks.append(lines(jobs, float(status["speed"]), language))
     blocks.append("\n".join(_closing(view, status, len(jobs), language)))
@@ -267,6 +270,13 @@ def recovery(offer: Mapping[str, Any], language: str) -> str:
         translate("Nothing moves until a person chooses: maya queue recover CHOICE", language),
     )
     return "\n".join((*facts, choices))
+
+
+def question(asked: Mapping[str, Any], language: str) -> str:
+    """Return the question of a job, and how to answer it."""
+    choices = " | ".join(asked["choices"])
+    text = marked("Job {job}, {name}, asks: {question} Answer with `maya queue answer {choices}`.")
+    return translate(text, language, **{**asked, "choices": choices})
 
 
 def place(state: Mapping[str, Any], language: str) -> str:

@@ -25,7 +25,7 @@ from maya_un.http.exchange import JobNumber, answer, sent, sent_as_written
 from maya_un.http.openapi import CHANGES
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, Routes
-from maya_un.schema.bodies import Again, Moving, Pausing, Recovering
+from maya_un.schema.bodies import Again, Answering, Moving, Pausing, Recovering
 from maya_un.schema.jobs import JobLine, QueueView, Recovery
 from maya_un.service.access.operations import Operation
 from maya_un.service.service import Service
@@ -37,6 +37,7 @@ _NO_SUCH = (NotFound, WrongState)
 
 PausingBody = Annotated[Pausing, sent(Pausing, optional=True)]
 RecoveringBody = Annotated[Recovering, sent(Recovering)]
+AnsweringBody = Annotated[Answering, sent(Answering)]
 MovingBody = Annotated[Moving, sent(Moving)]
 AgainBody = Annotated[Again, sent(Again, optional=True)]
 Version = Annotated[
@@ -104,6 +105,23 @@ def add_queue(routes: Routes) -> None:
         Refused (4015 AnswerNeeded) while an interrupted job waits for a decision.
         """
         return answer(await ask(lambda service: service.queue.step(ask.caller)))
+
+    @routes.add(
+        "POST",
+        "/v1/queue/answer",
+        Operation.RESUME,
+        tag=_QUEUE,
+        gives=QueueView,
+        refuses=(NotFound,),
+        examples={"go on": {"answer": "continue"}, "end the job": {"answer": "cancel"}},
+        client="queue.answer",
+    )
+    async def answer_question(ask: Ask, body: AnsweringBody) -> Response:
+        """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
+
+        If no job asks, the error is 4004 NotFound.
+        """
+        return answer(await ask(lambda service: service.queue.answer(body.answer, by=ask.caller)))
 
     @routes.add(
         "POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView, client="queue.clear", patience=AT_REST

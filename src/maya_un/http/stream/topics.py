@@ -11,7 +11,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from maya_un.events import Event, GripperClosed, GripperOpened, JobAdvanced, LeaseChanged, QueueChanged, StepAdvanced
+from maya_un.events import (
+    Event,
+    GripperClosed,
+    GripperOpened,
+    JobAdvanced,
+    LeaseChanged,
+    QuestionAnswered,
+    QuestionAsked,
+    QueueChanged,
+    StepAdvanced,
+)
 from maya_un.schema.fleet import FleetView
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import Permissions
@@ -62,7 +72,7 @@ QUEUE = StreamTopic(
     QueueView,
     lambda service, caller: service.queue.view(),
     look=2.0,  # for updated predictions
-    after=(JobAdvanced, StepAdvanced, QueueChanged, LeaseChanged),
+    after=(JobAdvanced, StepAdvanced, QueueChanged, QuestionAsked, QuestionAnswered, LeaseChanged),
 )
 
 

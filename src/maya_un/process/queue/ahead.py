@@ -11,6 +11,7 @@ from maya_un.events import Event, EventLog, StepAdvanced
 from maya_un.process.computation import JobComputer
 from maya_un.process.queue.entries import QueueEntry
 from maya_un.process.queue.report import StepRecord
+from maya_un.process.spec.statements import Statement
 from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
@@ -79,7 +80,7 @@ class StepAhead:
 
     async def _planned(self, tasks: Sequence[Task], start: Pose) -> None:
         try:
-            points = await self._foresight.path_ahead([task.primitive for task in tasks], start, POINTS)
+            points = await self._foresight.path_ahead([task.action for task in tasks], start, POINTS)
         except MayaError:
             return
         if self._shown is not None:
@@ -87,10 +88,12 @@ class StepAhead:
 
 
 def _described(job: int, task: Task) -> NextStep:
-    primitive = task.primitive
-    target = primitive.argument.plain(primitive.value)
+    action = task.action
+    if isinstance(action, Statement):
+        return NextStep(job, task.index, task.label, action.command, None)
+    target = action.argument.plain(action.value)
     if isinstance(target, list):
         x, y, z = target
         target = (x, y, z)
     assert target is None or isinstance(target, bool | tuple)
-    return NextStep(job, task.index, task.label, primitive.command, target)
+    return NextStep(job, task.index, task.label, action.command, target)

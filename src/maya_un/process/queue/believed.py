@@ -5,8 +5,7 @@ from __future__ import annotations
 from maya_un.events import Event, EventLog, GripperClosed, GripperOpened, StepAdvanced
 from maya_un.process.queue.entries import QueueEntries
 from maya_un.process.queue.report import JobRecord
-from maya_un.process.spec.tasks import HandledParts
-from maya_un.robot.primitives import Primitive
+from maya_un.process.spec.tasks import Action, HandledParts
 from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.schema.jobs import TaskState
 from maya_un.values import Point
@@ -26,7 +25,7 @@ class BelievedParts:
         self._items = items
         self._handled = HandledParts({})
         self._named_by = 0
-        self._under_way: Primitive | None = None
+        self._under_way: Action | None = None
         events.heard_by(self._hear)
 
     @property
@@ -60,12 +59,12 @@ class BelievedParts:
         if item.record.expansion.start and number != self._named_by:
             self._adopt(number, item.record)
         step = item.record.steps[index - 1]
-        primitive = step.task.primitive
-        self._under_way = primitive if step.state is TaskState.RUNNING else None
+        action = step.task.action
+        self._under_way = action if step.state is TaskState.RUNNING else None
         if step.state is TaskState.DONE:
-            self._handled.handle(primitive)
-        elif step.state in _ENDED_EARLY and primitive.part is PartEffect.TAKES and self.held is None:
-            self._handled.handle(primitive)  # it may have taken the part
+            self._handled.handle(action)
+        elif step.state in _ENDED_EARLY and action.part is PartEffect.TAKES and self.held is None:
+            self._handled.handle(action)  # it may have taken the part
             self._handled.release(None)
 
     def _adopt(self, number: int, record: JobRecord) -> None:
@@ -75,4 +74,4 @@ class BelievedParts:
         self._handled.held = held if held in record.expansion.start else None
         for step in record.steps:
             if step.state is TaskState.DONE:
-                self._handled.handle(step.task.primitive)
+                self._handled.handle(step.task.action)

@@ -481,8 +481,8 @@ class JobEditor:
             raise WrongState(number=item.number, state=item.row.state.value, action="changed")
         steps = [] if item.record is None else item.record.steps
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
-        new = [task.primitive for task in written.expansion.tasks[:begun]]
-        if new != [task.primitive for task in old.tasks[:begun]]:
+        new = [(task.action, task.speed) for task in written.expansion.tasks[:begun]]
+        if new != [(task.action, task.speed) for task in old.tasks[:begun]]:
             raise InvalidJob(
                 key="steps", reason=phrase("steps up to {begun} have begun and must not change", begun=begun)
             )

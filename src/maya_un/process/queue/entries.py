@@ -20,6 +20,17 @@ AT_HAND = 100
 REMEMBERED = 200
 """Number of ended jobs that stay in memory; the journal has the others."""
 
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenQuestion:
+    """A question to the operator: the `index` of its step, its text, its choices, and the future answer."""
+
+    index: int
+    question: str
+    choices: tuple[str, ...]
+    answered: asyncio.Future[str]
+
+
 _LINED_UP = {TaskState.QUEUED, TaskState.HELD}
 _GOING_ON = {TaskState.QUEUED, TaskState.PAUSED}
 
@@ -31,7 +42,8 @@ class QueueEntry:
     `record` exists once the job has begun. `waits_for` are the jobs that must be done before it. A `direct` job is a
     command to be done now, which a paused queue does not delay. `end_by` is the error that is to end it early; with
     `interrupt` it ends as interrupted instead. `moving`: its runner may be cancelled. `checking`: its runner still
-    computes the job. `concludes`: its runner is finished and writes the end. `began` is loop time [s] of this run.
+    computes the job. `waiting`: its runner waits, while nothing moves, and `question` is the one that it asks.
+    `concludes`: its runner is finished and writes the end. `began` is loop time [s] of this run.
     `finished`: its end has been announced. `ended` then wakes the waiting tasks.
     """
 
@@ -43,6 +55,8 @@ class QueueEntry:
     interrupt: bool = False
     moving: bool = False
     checking: bool = False
+    waiting: bool = False
+    question: OpenQuestion | None = None
     concludes: bool = False
     began: float | None = None
     finished: bool = False

@@ -24,9 +24,8 @@ from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue_order import QueueOrder
-from maya_un.process.spec.tasks import Task
+from maya_un.process.spec.tasks import ACTIONS, Task
 from maya_un.robot.plan_builder import Pose
-from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import PartEffect
 from maya_un.schema.jobs import Choice, Recovery, TaskState
 from maya_un.values import GripperState, Mode
@@ -112,11 +111,11 @@ def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> R
 
 def _held_after(command: str) -> bool | str:
     """Return whether the gripper holds a part after a step, "whatever" if the step does not determine it."""
-    return {PartEffect.TAKES: True, PartEffect.PUTS: False}.get(PRIMITIVES[command].part, "whatever")
+    return {PartEffect.TAKES: True, PartEffect.PUTS: False}.get(ACTIONS[command].part, "whatever")
 
 
 def _resumed(command: str) -> str:
-    match PRIMITIVES[command].part:
+    match ACTIONS[command].part:
         case PartEffect.TAKES:
             return f"with the part in the gripper the {command} counts as done, otherwise do it again"
         case PartEffect.PUTS:
@@ -132,7 +131,7 @@ def _needs_answer(situation: RecoverySituation, chosen: RecoveryChoice) -> bool:
     """
     if chosen is RecoveryChoice.ABORT:
         return False
-    if chosen is RecoveryChoice.RESUME and situation.command and PRIMITIVES[situation.command].part is PartEffect.PUTS:
+    if chosen is RecoveryChoice.RESUME and situation.command and ACTIONS[situation.command].part is PartEffect.PUTS:
         return True
     again = chosen in {RecoveryChoice.RESUME, RecoveryChoice.REDO} and situation.command
     return situation.holding is None and _matters([*([situation.command] if again else []), *situation.rest])
@@ -140,7 +139,7 @@ def _needs_answer(situation: RecoverySituation, chosen: RecoveryChoice) -> bool:
 
 def _matters(commands: Iterable[str]) -> bool:
     """Whether these steps depend on what the gripper holds: the first step that concerns a part takes or puts one."""
-    parts = (PRIMITIVES[command].part for command in commands)
+    parts = (ACTIONS[command].part for command in commands)
     return next((part for part in parts if part is not PartEffect.NONE), None) in {PartEffect.TAKES, PartEffect.PUTS}
 
 
@@ -252,8 +251,8 @@ class JobRecoverer:
         if item.record is None:
             return None, RecoverySituation("", (), holding)
         step = next((one for one in item.record.steps if one.state is TaskState.INTERRUPTED), None)
-        rest = tuple(one.task.primitive.command for one in item.record.remaining if one is not step)
-        return step, RecoverySituation("" if step is None else step.task.primitive.command, rest, holding)
+        rest = tuple(one.task.action.command for one in item.record.remaining if one is not step)
+        return step, RecoverySituation("" if step is None else step.task.action.command, rest, holding)
 
     def _holding(self) -> bool | None:
         """Return False if the controller answers and the gripper is open, else None: only an open one is certain."""

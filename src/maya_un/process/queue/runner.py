@@ -23,6 +23,8 @@ from maya_un.process.computation import JobComputer
 from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transaction, TransactionLog
 from maya_un.process.queue.entries import QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord, where
+from maya_un.process.queue.statements import StatementRunner
+from maya_un.process.spec.statements import Statement
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.jobs import TaskState
 from maya_un.values import Notice
@@ -78,6 +80,7 @@ class JobRunner:
         self._item = item
         self._limit = limit
         self._follows = follows
+        self._statements = StatementRunner(shared.controller)
         self._done = 0
         self._carried: list[Transaction] = []
         self._noting: asyncio.Task[None] | None = None
@@ -241,10 +244,10 @@ class JobRunner:
 
     async def _tried(self, step: StepRecord) -> None:
         """Do a step, with the retries of the job if a repetition is harmless; raises its error."""
-        attempts = 1 + (self._item.row.options.retries if step.task.primitive.harmless() else 0)
+        attempts = 1 + (self._item.row.options.retries if step.task.action.harmless() else 0)
         for attempt in range(1, attempts + 1):
             try:
-                await self._shared.robot.run(step.task.primitive, self._on_phase(step))
+                await self._act(step)
             except RequestError as error:
                 if attempt == attempts or isinstance(error, Stopped | Cancelled | NotConnected | Faulted):
                     raise
@@ -255,6 +258,16 @@ class JobRunner:
                     raise self._item.end_by from None
             else:
                 return
+
+    async def _act(self, step: StepRecord) -> None:
+        """Do the action of a step; the answer to a question is its phase."""
+        task = step.task
+        if not isinstance(task.action, Statement):
+            await self._shared.robot.run(task.action, self._on_phase(step), task.speed)
+            return
+        answer = await self._statements.run(self._item, task, task.action)
+        if answer:
+            step.row = replace(step.row, phase=answer)
 
     def _on_phase(self, step: StepRecord) -> OnPhase | None:
         """Return the callback that writes each phase of a step as it begins, None if phases are not written."""

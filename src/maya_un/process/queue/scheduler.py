@@ -147,12 +147,12 @@ class Scheduler:
     def halt(self, error: MayaError, reason: str = "stop") -> None:
         """Begin nothing more: waiting jobs keep their places, the running job begins no further step.
 
-        A job in its check ends at once.
+        A job in its check or in a wait ends at once.
         """
         self.halts += 1
         self._steps_allowed = 0
         if self.running is not None:
-            self.end(self.running, error, brake=self.running.checking)
+            self.end(self.running, error, brake=self.running.checking or self.running.waiting)
         self.pause_by_itself(reason)
 
     def driver_ended(self, owner: str) -> None:
@@ -231,14 +231,14 @@ class Scheduler:
     async def close(self, *, interrupt: bool, finish: bool) -> None:
         """End the job under way, as interrupted or cancelled, and return when that is written.
 
-        The job brakes on its path at once. With `finish` it first finishes its step, unless that is held and would
-        never end.
+        The job brakes on its path at once. With `finish` it first finishes its step, unless that is held or waits and
+        would never end.
         """
         self.shut()
         running = self.running
         if running is not None:
             running.interrupt = interrupt
-            self.end(running, Cancelled(), brake=not finish or running.row.state is TaskState.PAUSED)
+            self.end(running, Cancelled(), brake=not finish or running.waiting or running.row.state is TaskState.PAUSED)
         if self._runner is not None:
             await asyncio.wait({self._runner})
 

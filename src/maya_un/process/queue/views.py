@@ -22,10 +22,11 @@ from maya_un.process.queue.recovery import JobRecoverer
 from maya_un.process.queue.report import JobSnapshot, Slices, line_of, report_of
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler
+from maya_un.process.spec.statements import Ask
 from maya_un.process.spec.tasks import Body, Task, as_written, version_of
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
-from maya_un.schema.jobs import JobLine, JobReport, QueueMode, QueueView, TaskState
+from maya_un.schema.jobs import JobLine, JobReport, OperatorQuestion, QueueMode, QueueView, TaskState
 
 _STROKES = 2.0
 """Number of times that each line passes its stroke, with the ways between the switches and the slow approaches."""
@@ -322,7 +323,24 @@ class QueueViews:
             finish_at=self._shared.dates(max(etas.values()) / self._speed) if etas else None,
             recovery=self._recovering.view(),
             estimated=estimated,
+            question=self._question(),
         )
+
+    def _question(self) -> OperatorQuestion | None:
+        """Return the question of the job under way, or that of an interrupted step, which is asked again."""
+        running = self._turns.running
+        if running is not None and running.question is not None and not running.question.answered.done():
+            asked = running.question
+            return OperatorQuestion(running.number, running.row.name, asked.index, asked.question, asked.choices)
+        item = self._items.interrupted
+        steps = [] if item is None or item.record is None else item.record.steps
+        for step in steps:
+            ask = step.task.action
+            if item is not None and step.state is TaskState.INTERRUPTED and isinstance(ask, Ask):
+                return OperatorQuestion(
+                    item.number, item.row.name, step.task.index, ask.question, ask.choices, open=False
+                )
+        return None
 
     async def found(self, number: int) -> tuple[JobRow, tuple[StepRow, ...]]:
         """Return a job with its steps, from memory or from the journal; raises `NotFound`."""

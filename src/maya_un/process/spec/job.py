@@ -14,6 +14,8 @@
       - for_each: box           every cell, row by row
         do:
           - approach: box[each]
+            speed: 50 %         share of the speed, for this step
+      - wait: 2 s               wait · set · wait_for · ask: see `process.spec.statements`
     repeat: 1
 
 The order of the keys does not matter. Parts, places, pallets, repeat and name may be omitted; a job from a file is then
@@ -46,6 +48,7 @@ from pydantic import (
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue
 from maya_un.process.spec.pallet import MOST_CELLS, check_counts
+from maya_un.process.spec.statements import STATEMENTS, Share, Statement
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Switch, Target, read_joints, read_point
 from maya_un.validation import reason_of
@@ -138,34 +141,44 @@ class Grid(BaseModel):
         return self
 
 
-COMMANDS = tuple(name for name, primitive in PRIMITIVES.items() if primitive.in_jobs)
-"""The kinds of steps, besides a loop."""
+SKILLS = tuple(name for name, primitive in PRIMITIVES.items() if primitive.in_jobs)
+"""The primitives that may be steps."""
 
-BARE = frozenset(name for name in COMMANDS if not PRIMITIVES[name].argument.key)
+COMMANDS = (*SKILLS, *STATEMENTS)
+"""The kinds of steps, besides a loop: primitives and statements."""
+
+BARE = frozenset(name for name in SKILLS if not PRIMITIVES[name].argument.key)
 """Steps that may be written as a single word."""
+
+SPEED = "speed"
+"""The key that a step may have besides its own."""
 
 
 def step_text(command: str, argument: Any) -> str:
     """Return a step as text, like `pick 0.5 1.1`; `argument` is the value of its key."""
     if argument is True:
         return command
+    if isinstance(argument, Statement):
+        return argument.words
     shown = argument if isinstance(argument, str) else " ".join([f"{number:g}" for number in argument])
     return f"{command} {shown}"
 
 
 class _Step(BaseModel):
-    """One step: exactly one of its keys is set.
+    """One step: exactly one of its keys is set, and `speed` may be: the share of the speed at which this step travels.
 
     The place of a primitive may be a name: of a part, a place, a cell of a pallet like `tray[1,2]` or a taught pose.
     Joints may be the name of a taught pose.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+    if TYPE_CHECKING:
+        speed: float | None = None
 
     @property
     def command(self) -> str:
-        """The key that is set."""
-        return next(iter(self.model_fields_set))
+        """The key that is set, besides `speed`."""
+        return next(key for key in self.model_fields_set if key != SPEED)
 
     @property
     def argument(self) -> Any:
@@ -175,12 +188,20 @@ class _Step(BaseModel):
     def __str__(self) -> str:
         return step_text(self.command, self.argument)
 
+    @model_validator(mode="after")
+    def _travels(self) -> Self:
+        travels = self.command in SKILLS and PRIMITIVES[self.command].travels
+        if self.speed is not None and not travels:
+            raise ValueError(phrase("{command} does not travel, so it takes no speed", command=self.command))
+        return self
+
     @model_validator(mode="before")
     @classmethod
     def _one_command(cls, data: object) -> object:
         if isinstance(data, str) and data in BARE:
             return {data: True}
-        if not isinstance(data, Mapping) or len(data) != 1:
+        keys = [key for key in data if key != SPEED] if isinstance(data, Mapping) else []
+        if not isinstance(data, Mapping) or len(keys) != 1:
             raise ValueError(
                 phrase(
                     "a step is one of {commands}, like `pick: cube`, not {data}",
@@ -188,9 +209,10 @@ class _Step(BaseModel):
                     data=repr(data),
                 )
             )
-        ((command, argument),) = data.items()
+        (command,) = keys
+        argument = data[command]
         if argument is None and command in BARE:
-            return {command: True}
+            return {**data, command: True}
         if argument is None and command in COMMANDS:
             raise ValueError(phrase("{command} needs a value", command=command))
         return dict(data)
@@ -216,7 +238,9 @@ else:
         __base__=_Step,
         __doc__=_Step.__doc__,
         __module__=__name__,
-        **{name: (_type_of(PRIMITIVES[name].argument) | None, None) for name in COMMANDS},
+        **{name: (_type_of(PRIMITIVES[name].argument) | None, None) for name in SKILLS},
+        **{name: (statement | None, None) for name, statement in STATEMENTS.items()},
+        speed=(Share | None, None),
     )
 
 
@@ -326,6 +350,9 @@ def _refusal(error: ValidationError) -> InvalidJob:
     looped = location[0:1] == ["steps"] and location[2:3] == ["loop"]
     if location[0:1] == ["steps"]:
         del location[2:3]  # pydantic's tag of a step or a loop
+    statement = STATEMENTS.get(location[-2]) if len(location) > 1 else None
+    if statement is not None and statement.short == location[-1]:
+        del location[-1]  # the value may stand for the statement
     kind = first["type"]
     if kind == "too_long" and len(location) == 1 and location != ["steps"]:
         reason = phrase("it has more than {most} entries", most=MOST_NAMES)
@@ -346,6 +373,8 @@ def _known(location: list[str], *, looped: bool) -> tuple[str, ...]:
         return tuple(JobPallet.model_fields)
     if location[0] != "steps":
         return tuple(Job.model_fields)
+    if location[-2] in STATEMENTS:
+        return STATEMENTS[location[-2]].keys()
     return tuple(ForEach.model_fields) if looped and len(location) == 3 else COMMANDS
 
 

@@ -22,8 +22,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from math import dist
@@ -34,6 +34,7 @@ from maya_un.errors import InvalidJob, InvalidValue, UnknownName
 from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of, step_text
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
 from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
+from maya_un.process.spec.statements import STATEMENTS, Statement
 from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
 from maya_un.robot.primitives.primitive import JointTarget, PartEffect, Switch, Target
 from maya_un.schema.jobs import TaughtPose
@@ -50,6 +51,12 @@ _FAR = 1e6
 """Parts farther away than this [m] are out of reach, and are distinguished by their distance alone."""
 
 _Square = tuple[int, ...]
+
+Action = Primitive | Statement
+"""The action of a step: a primitive of the robot, or a statement."""
+
+ACTIONS: Mapping[str, type[Action]] = {**PRIMITIVES, **STATEMENTS}
+"""The actions by their names."""
 
 
 class PartMap:
@@ -97,14 +104,16 @@ class HandledParts:
         """The places of the parts [m]; the one of a held part is its last."""
         return self._standing.parts
 
-    def handle(self, primitive: Primitive) -> None:
-        """Apply the effect of a done primitive."""
-        match primitive.part:
+    def handle(self, action: Action) -> None:
+        """Apply the effect of a done action."""
+        if isinstance(action, Statement):
+            return
+        match action.part:
             case PartEffect.TAKES:
-                self.held = self._standing.at(primitive.value)
+                self.held = self._standing.at(action.value)
             case PartEffect.PUTS:
-                self.release(primitive.value)
-            case PartEffect.SETS_GRIPPER if primitive.value:
+                self.release(action.value)
+            case PartEffect.SETS_GRIPPER if action.value:
                 self.release(None)
             case _:
                 pass
@@ -317,22 +326,30 @@ class NameResolver:
 class Task:
     """One step of one round: `index` counts from 1 over all rounds, `key` is its place in the file.
 
-    `part` is the named part that it takes or releases, `put` the place of that release [m], None if unknown.
+    `part` is the named part that it takes or releases, `put` the place of that release [m], None if unknown. `speed` is
+    the share of the limits at which it travels, above 0 up to 1.
     """
 
     index: int
     key: str
     label: str
-    primitive: Primitive
+    action: Action
     part: str | None = None
     put: Point | None = None
+    speed: float = 1.0
+
+    @property
+    def place(self) -> str:
+        """The key of its value in the file."""
+        return f"{self.key}.{self.action.command}"
 
 
 @dataclass(frozen=True, slots=True)
 class Expansion:
     """All tasks of a job, and the places of its named parts after them; None if unknown.
 
-    `remarks` are the deviations in shape of its pallets, `start` the places of its parts before the tasks.
+    `remarks` are the deviations in shape of its pallets, and the waits that no prediction contains; `start` the places
+    of its parts before the tasks.
     """
 
     tasks: tuple[Task, ...]
@@ -353,7 +370,15 @@ def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expa
         if len(tasks) == MOST_TASKS:
             raise InvalidJob(key="job", reason=TOO_MANY)
         tasks.append(table.task(planned, len(tasks) + 1))
-    return Expansion(tuple(tasks), table.parts, table.remarks, table.start)
+    return Expansion(tuple(tasks), table.parts, (*table.remarks, *_waits(tasks)), table.start)
+
+
+def _waits(tasks: Sequence[Task]) -> Iterator[str]:
+    """Yield a remark for every statement that waits for a person or for an input, once for all rounds."""
+    found = {task.key: task for task in tasks if isinstance(task.action, Statement) and task.action.remark}
+    for task in found.values():
+        assert isinstance(task.action, Statement)
+        yield phrase("step {number}: {remark}", number=task.index, remark=task.action.remark)
 
 
 def starting_parts(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> dict[str, Point]:
@@ -412,13 +437,21 @@ class _PartTracker:
 
     def task(self, planned: _Planned, index: int) -> Task:
         """Return the task of a step and apply its effect on the parts."""
-        held, key = self._handled.held, planned.key
-        primitive, label = self._primitive(planned)
-        if primitive.part is PartEffect.TAKES:
-            return Task(index, key, label, primitive, part=self._handled.held)
+        held, step = self._handled.held, planned.step
+        action, label = self._action(planned)
+        speed = 1.0 if step.speed is None else step.speed
+        label = label if step.speed is None else f"{label} at {step.speed:.0%}"
+        task = Task(index, planned.key, label, action, speed=speed)
+        if action.part is PartEffect.TAKES:
+            return replace(task, part=self._handled.held)
         if held is None or self._handled.held is not None:
-            return Task(index, key, label, primitive)
-        return Task(index, key, label, primitive, part=held, put=self.parts[held])
+            return task
+        return replace(task, part=held, put=self.parts[held])
+
+    def _action(self, planned: _Planned) -> tuple[Action, str]:
+        """Return the action of a step and its label."""
+        value = planned.step.argument
+        return (value, value.words) if isinstance(value, Statement) else self._primitive(planned)
 
     def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
         """Return the primitive of a step and its label, with the cells of pallets by their numbers."""

@@ -18,6 +18,7 @@ class CanTeleop(Primitive):
     command = "can_teleop"
     summary = "Tell whether the robot is ready for a command; nothing moves."
     in_jobs = False
+    travels = False
 
     def plan(self, builder: PlanBuilder) -> None:
         """Plan nothing; raises `NotHomed` if the pose is unknown."""

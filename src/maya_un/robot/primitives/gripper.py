@@ -20,6 +20,7 @@ class Gripper(Primitive):
     argument = OPEN
     part = PartEffect.SETS_GRIPPER
     needs_homing = False
+    travels = False
     open: bool
 
     def plan(self, builder: PlanBuilder) -> None:

@@ -18,6 +18,7 @@ class Home(Primitive):
     command = "home"
     summary = "Find the limit switches, so that the position is known."
     needs_homing = False
+    travels = False
 
     def plan(self, builder: PlanBuilder) -> None:
         """Plan one phase: `home`."""

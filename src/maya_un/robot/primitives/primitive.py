@@ -247,7 +247,7 @@ class Primitive(ABC):
     """One primitive. A subclass is a frozen dataclass with at most one field, named as `argument.key`.
 
     `command` is its name in every interface. `summary` is its help, in which {argument} stands for the accepted values.
-    `in_jobs` is whether it may be a step of a job.
+    `in_jobs` is whether it may be a step of a job, `travels` whether a share of the speed applies to it.
     """
 
     __slots__ = ()
@@ -257,6 +257,7 @@ class Primitive(ABC):
     part: ClassVar[PartEffect] = PartEffect.NONE
     needs_homing: ClassVar[bool] = True
     in_jobs: ClassVar[bool] = True
+    travels: ClassVar[bool] = True
 
     @abstractmethod
     def plan(self, builder: PlanBuilder) -> None:
