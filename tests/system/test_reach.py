@@ -153,7 +153,8 @@ def test_controller_without_an_address_gets_one_and_keeps_it(dhcp: bool, tmp_pat
         )
 
 
-def test_askers_are_listed(tmp_path: Path) -> None:
+@pytest.mark.waits("3 s in which controllers may ask, once a second at first")
+def test_askers_are_listed() -> None:
     server = free_port()
     with running(f"dmc serve --bench --port 0 --bootp 127.0.0.1:{server}") as twin:
         twin.until(":")
@@ -177,6 +178,7 @@ def test_address_changes_and_is_burned_after_the_controller_was_reached_there() 
         assert (by_cable["reached"], by_cable["address"]) == (port, "127.0.0.3")
 
 
+@pytest.mark.waits("up to 10 s in which a controller may come up at its new address")
 def test_unreachable_address_is_not_burned() -> None:
     with served("--bench") as (_, address, port):
         # An address of a network for documentation (RFC 5737), which no computer has.
