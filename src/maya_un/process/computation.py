@@ -12,12 +12,13 @@ from __future__ import annotations
 import asyncio
 import pickle
 from collections.abc import Generator, Iterable, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from math import inf
 from typing import Any, NamedTuple, Protocol, TypeVar
 
 from dmc41x3.i18n import phrase
-from maya_un.config import Config, Units
+from maya_un.config import Config, ControllerConfig, Units
 from maya_un.controller.protocol import Closest, Controller, Inspection
 from maya_un.errors import (
     InvalidJob,
@@ -33,7 +34,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.json_object import decode_object
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.statements import Statement
+from maya_un.process.spec.statements import ELSE, THEN, Condition, Statement
 from maya_un.process.spec.tasks import (
     COMMAND_KEY,
     Action,
@@ -70,11 +71,86 @@ MOST_TEXT = 65_536
 """Longest text of a job that is parsed for a caller [characters]; a thousand steps have about half of it."""
 
 
+MOST_POSES = 16
+"""Most poses in which a step may begin, after branches that end apart."""
+
+
+class Fork(NamedTuple):
+    """An open branch: the last tasks of `then` and of `else`, and the poses before it.
+
+    `then_ends` are the poses after `then`, None before. `takes_then` is whether the prediction takes `then`, `expected`
+    whether it comes to this branch at all.
+    """
+
+    then_last: int
+    else_last: int
+    starts: tuple[Pose, ...]
+    takes_then: bool
+    expected: bool
+    then_ends: tuple[Pose, ...] | None = None
+
+
+class Course(NamedTuple):
+    """The poses in which the next task of a job may begin; the first is the predicted one, if it is `expected`.
+
+    `inputs` are the present digital inputs, None if unknown. `answers` are those to earlier questions, by task.
+    """
+
+    poses: tuple[Pose, ...]
+    inputs: tuple[bool, ...] | None = None
+    answers: tuple[tuple[int, str], ...] = ()
+    expected: bool = True
+    forks: tuple[Fork, ...] = ()
+
+    def before(self, index: float) -> Course:
+        """Return the course before the task `index`: branches that end before it are closed."""
+        course = self
+        while course.forks:
+            fork = course.forks[-1]
+            if fork.then_ends is None and index > fork.then_last:
+                changed = fork._replace(then_ends=course.poses)
+                expected = fork.expected and not fork.takes_then
+                course = course._replace(poses=fork.starts, expected=expected, forks=(*course.forks[:-1], changed))
+            elif fork.then_ends is not None and index > fork.else_last:
+                both = (fork.then_ends, course.poses) if fork.takes_then else (course.poses, fork.then_ends)
+                poses = tuple(dict.fromkeys((*both[0], *both[1])))
+                course = course._replace(poses=poses, expected=fork.expected, forks=course.forks[:-1])
+            else:
+                break
+        return course
+
+    def forked(self, task: Task, config: ControllerConfig) -> Course:
+        """Return the course within the first branch of an `if`."""
+        takes_then = self._takes_then(task, config)
+        last = task.index + task.then
+        fork = Fork(last, last + task.otherwise, self.poses, takes_then, self.expected)
+        return self._replace(expected=self.expected and takes_then, forks=(*self.forks, fork))
+
+    def _takes_then(self, task: Task, config: ControllerConfig) -> bool:
+        condition = task.action
+        assert isinstance(condition, Condition)
+        if condition.input is None:
+            answer = dict(self.answers).get(task.asked)
+            return task.first if answer is None else answer == condition.answer
+        number = condition.number(config, task.place)
+        return self.inputs is None or self.inputs[number - 1] is (condition.level == "on")
+
+    @property
+    def end(self) -> Pose:
+        """The predicted pose after the last task."""
+        return self.before(inf).poses[0]
+
+
 class JobOutlook(NamedTuple):
-    """The preview of a job and its end position, or its refusal."""
+    """The preview of a job, or of a piece of it, and the course after it."""
 
     preview: JobPreview
-    end: Pose
+    course: Course
+
+    @property
+    def end(self) -> Pose:
+        """The predicted end position."""
+        return self.course.end
 
 
 class PreviewSource(Protocol):
@@ -90,13 +166,26 @@ class PreviewSource(Protocol):
         ...
 
 
-def _previewed(robot: PreviewSource, task: Task, start: Pose) -> PrimitivePreview:
-    """Return the preview of a task from `start`; raises the errors of running it."""
+def _step_of(robot: PreviewSource, task: Task, course: Course) -> tuple[StepPreview, Course]:
+    """Return the preview of a task, and the course after it; raises the errors of running it from any of its starts."""
+    course = course.before(task.index)
+    units, config = Units.of(robot.config), robot.config.controller
     action = task.action
     if isinstance(action, Statement):
-        action.checked(robot.config.controller, task.place)
-        return PrimitivePreview(action.duration, _phases(action), None, None, start)
-    return robot.preview(action, start, task.speed)
+        action.checked(config, task.place)
+        duration, phases, after = action.duration, _phases(action), course
+        if isinstance(action, Condition):
+            after = course.forked(task, config)
+            phases = (PhasePreview(THEN if after.forks[-1].takes_then else ELSE, 0.0),)
+        step = PrimitivePreview(duration, phases, None, None, course.poses[0])
+        return _step(task, step, units, expected=course.expected), after
+    found = [robot.preview(action, pose, task.speed) for pose in course.poses]
+    ends = tuple(dict.fromkeys(one.end for one in found))
+    if len(ends) > MOST_POSES:
+        raise InvalidJob(
+            key=task.key, reason=phrase("it may end in more than {most} poses; go to one place before", most=MOST_POSES)
+        )
+    return _step(task, found[0], units, expected=course.expected), course._replace(poses=ends)
 
 
 def _phases(statement: Statement) -> tuple[PhasePreview, ...]:
@@ -110,39 +199,38 @@ def require_channels(tasks: Sequence[Task], config: Config) -> None:
             task.action.checked(config.controller, task.place)
 
 
-def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
-    """Return the preview of `tasks` from `start`, and their end.
+def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Course) -> Generator[None, None, JobOutlook]:
+    """Return the preview of `tasks` from `start`, and the course after them.
 
-    Yields after every step, so that other tasks may run.
+    Both branches of an `if` are checked, and later steps from every pose in which they may begin. Yields after every
+    step, so that other tasks may run.
     """
-    units = Units.of(robot.config)
-    pose = start
+    course = start
     steps: list[StepPreview] = []
     refusal: Refusal | None = None
     for task in tasks:
         try:
-            step = _previewed(robot, task, pose)
+            step, course = _step_of(robot, task, course)
         except RequestError as error:
             refusal = Refusal(task.index, task.key, task.label, Notice(error.code, str(error)))
             break
-        steps.append(_step(task, step, units))
-        pose = step.end
+        steps.append(step)
         yield
-    return JobOutlook(_preview(steps, refusal), pose)
+    return JobOutlook(_preview(steps, refusal), course)
 
 
-def joined_outlook(courses: Sequence[JobOutlook], start: Pose) -> JobOutlook:
+def joined_outlook(courses: Sequence[JobOutlook], start: Course) -> JobOutlook:
     """Combine outlooks, each from the end of the one before; without any, the result ends at `start`."""
     if len(courses) == 1:
         return courses[0]
     steps = [step for course in courses for step in course.preview.steps]
     refusal = courses[-1].preview.refusal if courses else None
-    return JobOutlook(_preview(steps, refusal), courses[-1].end if courses else start)
+    return JobOutlook(_preview(steps, refusal), courses[-1].course if courses else start)
 
 
 def _preview(steps: Sequence[StepPreview], refusal: Refusal | None) -> JobPreview:
     return JobPreview(
-        duration=sum(step.duration for step in steps if step.duration is not None),
+        duration=sum(step.duration for step in steps if step.expected and step.duration is not None),
         lowest=min((step.lowest for step in steps if step.lowest is not None), default=None),
         highest=max((step.highest for step in steps if step.highest is not None), default=None),
         steps=tuple(steps),
@@ -150,7 +238,7 @@ def _preview(steps: Sequence[StepPreview], refusal: Refusal | None) -> JobPrevie
     )
 
 
-def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
+def _step(task: Task, step: PrimitivePreview, units: Units, *, expected: bool) -> StepPreview:
     return StepPreview(
         index=task.index,
         key=task.key,
@@ -160,6 +248,7 @@ def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
         lowest=step.lowest,
         highest=step.highest,
         end_counts=None if step.end.joints is None else units.to_counts(step.end.joints),
+        expected=expected,
     )
 
 
@@ -174,17 +263,19 @@ class InspectionSource(PreviewSource, Protocol):
 
 
 def inspect_tasks(
-    robot: InspectionSource, tasks: Sequence[Task], start: Pose, samples: int, most: float = inf
+    robot: InspectionSource, tasks: Sequence[Task], start: Course, samples: int, most: float = inf
 ) -> Generator[None, None, JobInspection]:
-    """Return the details of `tasks` from `start` up to the first refused one; yields after every step.
+    """Return the details of the expected `tasks` from `start` up to the first refused one; yields after every step.
 
     Every motion has `samples` samples. Raises `TooLarge` for more than `most` in all.
     """
     preview = (yield from preview_tasks(robot, tasks, start)).preview
     found = _Collected()
-    pose = start
-    for task in tasks[: len(preview.steps)]:
+    pose = start.poses[0]
+    for task, step in zip(tasks, preview.steps, strict=False):
         action = task.action
+        if not step.expected:
+            continue
         if isinstance(action, Statement):
             details = [ActionDetail(_phases(action), action.duration, None)]
         else:
@@ -332,7 +423,7 @@ def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Expansi
     return ExpansionRest.of(expansion)
 
 
-def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
+def walk(workspace: Workspace, tasks: Sequence[Task], start: Course) -> Generator[None, None, JobOutlook]:
     """Return the preview of some tasks from `start`."""
     return (yield from preview_tasks(on_paper(workspace), tasks, start))
 
@@ -343,6 +434,8 @@ def path_ahead(
     """Return at most `most` points [m] on the path of the last of some actions, which begin at `start`."""
     pose = start
     *before, last = actions
+    if any(isinstance(action, Condition) for action in before):
+        return ()
     for action in before:
         if not isinstance(action, Statement):
             pose = on_paper(workspace).preview(action, pose).end
@@ -354,17 +447,17 @@ def path_ahead(
     return gripper_path(workspace, found, most)
 
 
-def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
-    """Return the end of some tasks; raises the error of the first task that would be refused."""
-    pose = start
+def require(workspace: Workspace, tasks: Sequence[Task], start: Course) -> Generator[None, None, Course]:
+    """Return the course after some tasks; raises the error of the first task that would be refused."""
+    course = start
     for task in tasks:
-        pose = _previewed(on_paper(workspace), task, pose).end
+        _, course = _step_of(on_paper(workspace), task, course)
         yield
-    return pose
+    return course
 
 
 def preview(
-    workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Pose
+    workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Course
 ) -> Generator[None, None, JobPreview]:
     """Return the preview of a job."""
     yield
@@ -377,7 +470,7 @@ def inspect(
     job: object,
     taught: bytes,
     grasp_height: float,
-    start: Pose,
+    start: Course,
     samples: int,
 ) -> Generator[None, None, JobInspection]:
     """Return a job in detail; raises `TooLarge` for more than `MOST_SAMPLED` samples."""
@@ -490,21 +583,32 @@ class JobComputer:
             return expanded(body, self._grasp_height)
         return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)
 
-    async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> JobOutlook:
+    def course(self, start: Pose, answers: Mapping[int, str] | None = None) -> Course:
+        """Return the course from `start` with the present inputs, and the `answers` to earlier questions by task."""
+        signals = self._controller.signals()
+        return Course((start,), None if signals is None else signals.inputs, tuple((answers or {}).items()))
+
+    async def walk(
+        self, tasks: Sequence[Task], start: Pose, answers: Mapping[int, str] | None = None, *, whose: str = CHECK
+    ) -> JobOutlook:
         """Return the outlook of `tasks` from `start`; sends nothing, and lets other tasks run meanwhile.
 
-        Raises as `Workers.run` does.
+        `answers` are those to earlier questions, by task. Raises as `Workers.run` does.
         """
+        if any(isinstance(task.action, Condition) for task in tasks):
+            with suppress(RequestError):  # without inputs, the prediction takes the first branches
+                await self._controller.input(1)
+        course, courses = self.course(start, answers), list[JobOutlook]()
         if self._staff is None:
-            return await _slowly(preview_tasks(self._robot, tasks, start))
-        pose, courses = start, list[JobOutlook]()
+            return await _slowly(preview_tasks(self._robot, tasks, course))
+        first = course
         for begin in range(0, len(tasks), PIECE):
             some = list(tasks[begin : begin + PIECE])
-            courses.append(await self._asked(walk, some, pose, whose=whose))
-            pose = courses[-1].end
+            courses.append(await self._asked(walk, some, course, whose=whose))
+            course = courses[-1].course
             if courses[-1].preview.refusal is not None:
                 break
-        return joined_outlook(courses, start)
+        return joined_outlook(courses, first)
 
     async def path_ahead(self, actions: Sequence[Action], start: Pose, most: int) -> tuple[Point, ...]:
         """Return at most `most` points [m] on the path of the last of some actions, which begin at `start`.
@@ -517,29 +621,29 @@ class JobComputer:
 
     async def require(self, tasks: Sequence[Task], start: Pose) -> None:
         """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
-        pose = start
+        course = self.course(start)
         for begin in range(0, len(tasks), PIECE):
             some = list(tasks[begin : begin + PIECE])
             if self._staff is not None:
-                pose = await self._asked(require, some, pose, whose=CHECK)
+                course = await self._asked(require, some, course, whose=CHECK)
                 continue
             for task in some:
-                pose = _previewed(self._robot, task, pose).end
+                _, course = _step_of(self._robot, task, course)
                 await asyncio.sleep(0)
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return the preview of `job` from `start`; raises as `written` does for its contents; sends nothing."""
         if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
-            return (await _slowly(preview_tasks(self._robot, tasks, start))).preview
-        return await self._asked(preview, job, self.taught(), self._grasp_height, start, whose=CHECK)
+            return (await _slowly(preview_tasks(self._robot, tasks, self.course(start)))).preview
+        return await self._asked(preview, job, self.taught(), self._grasp_height, self.course(start), whose=CHECK)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
         """Return the details of `job` from `start`; raises as `preview` does; sends nothing."""
         if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
-            return await _slowly(inspect_tasks(self._robot, tasks, start, samples))
-        asked = (job, self.taught(), self._grasp_height, start, samples)
+            return await _slowly(inspect_tasks(self._robot, tasks, self.course(start), samples))
+        asked = (job, self.taught(), self._grasp_height, self.course(start), samples)
         return await self._asked(inspect, *asked, whose=CHECK)
 
     def taught(self) -> bytes:

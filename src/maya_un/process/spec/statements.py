@@ -282,6 +282,53 @@ class Ask(Statement):
         return self
 
 
+THEN, ELSE = "then", "else"
+"""The branches of an `if`."""
+
+
+ONE_KIND = phrase("it must be an object like {{input: 3, is: on}} or {{answer: yes}}")
+"""Why a condition is refused."""
+
+
+class Condition(Statement):
+    """The condition of an `if`: the level of a digital input, or the answer to the last question before it."""
+
+    command = "if"
+    summary = "Do the steps of `then` if an input `is` on or off, or if the `answer` was given; else those of `else`."
+    input: Channel | None = None
+    level: Level | None = Field(default=None, alias="is")
+    answer: Answer | None = None
+
+    @property
+    def remark(self) -> str:
+        """The branch of the prediction."""
+        if self.input is None:
+            return phrase("the prediction takes the branch of the first answer")
+        return phrase("the prediction takes the branch of the present input")
+
+    @property
+    def words(self) -> str:
+        """The condition."""
+        return f"if answer {self.answer}" if self.input is None else f"if input {self.input} {self.level}"
+
+    def checked(self, config: ControllerConfig, key: str) -> None:
+        """Raise `InvalidJob` for an unknown name."""
+        if self.input is not None:
+            self.number(config, key)
+
+    def number(self, config: ControllerConfig, key: str) -> int:
+        """Return the number of the input; raises `InvalidJob`."""
+        assert self.input is not None
+        return _number(self.input, config.input_names, f"{key}.input", "controller.input_names")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Condition:
+        given = (self.input is not None, self.level is not None, self.answer is not None)
+        if given not in {(True, True, False), (False, False, True)}:
+            raise ValueError(ONE_KIND)
+        return self
+
+
 STATEMENTS: dict[str, type[Statement]] = {one.command: one for one in (Wait, SetOutput, WaitFor, Ask)}
 """The statements by their keys."""
 

@@ -31,10 +31,21 @@ from typing import Any, NamedTuple, NoReturn, TypeVar
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue, UnknownName
-from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of, step_text
+from maya_un.process.spec.job import (
+    MOST_TASKS,
+    TOO_MANY,
+    Coordinates,
+    ForEach,
+    Grid,
+    IfElse,
+    Job,
+    Step,
+    point_of,
+    step_text,
+)
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
 from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
-from maya_un.process.spec.statements import STATEMENTS, Statement
+from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, Ask, Condition, Statement
 from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
 from maya_un.robot.primitives.primitive import JointTarget, PartEffect, Switch, Target
 from maya_un.schema.jobs import TaughtPose
@@ -55,7 +66,7 @@ _Square = tuple[int, ...]
 Action = Primitive | Statement
 """The action of a step: a primitive of the robot, or a statement."""
 
-ACTIONS: Mapping[str, type[Action]] = {**PRIMITIVES, **STATEMENTS}
+ACTIONS: Mapping[str, type[Action]] = {**PRIMITIVES, **STATEMENTS, Condition.command: Condition}
 """The actions by their names."""
 
 
@@ -179,6 +190,16 @@ class NameResolver:
         return parts
 
     @property
+    def used(self) -> dict[tuple[str, str], set[Cell]]:
+        """A copy of the used cells, by pallet and command."""
+        return {key: set(cells) for key, cells in self._used.items()}
+
+    @used.setter
+    def used(self, used: Mapping[tuple[str, str], set[Cell]]) -> None:
+        self._used = defaultdict(set, {key: set(cells) for key, cells in used.items()})
+        self._ahead.clear()
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks about the shapes of the used pallets."""
         pallets = self._pallets.items()
@@ -234,7 +255,11 @@ class NameResolver:
     def _part(self, name: str, place: Point | None, key: str) -> Point:
         if place is None:
             raise InvalidJob(
-                key=key, reason=phrase("the place of {name!r} is unknown after the gripper was opened on it", name=name)
+                key=key,
+                reason=phrase(
+                    "the place of {name!r} is unknown: the gripper was opened on it, or the branches of an `if` differ",
+                    name=name,
+                ),
             )
         return place
 
@@ -328,6 +353,9 @@ class Task:
 
     `part` is the named part that it takes or releases, `put` the place of that release [m], None if unknown. `speed` is
     the share of the limits at which it travels, above 0 up to 1.
+
+    An `if` is followed by the tasks of its branches, `then` of the one and `otherwise` of the other. `asked` is the
+    index of the question whose answer it reads, 0 for an input, and `first` whether it reads the first answer.
     """
 
     index: int
@@ -337,6 +365,20 @@ class Task:
     part: str | None = None
     put: Point | None = None
     speed: float = 1.0
+    then: int = 0
+    otherwise: int = 0
+    asked: int = 0
+    first: bool = True
+
+    def branch(self, name: str) -> range:
+        """Return the indices of the tasks of a branch of an `if`, `then` or `else`."""
+        begin = self.index + 1
+        return range(begin, begin + self.then) if name == THEN else range(begin + self.then, begin + self.branches)
+
+    @property
+    def branches(self) -> int:
+        """The number of tasks of both branches of an `if`, 0 for another task."""
+        return self.then + self.otherwise
 
     @property
     def place(self) -> str:
@@ -365,17 +407,17 @@ def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expa
     cells that do not exist, and for more than `MOST_TASKS` tasks.
     """
     table = _PartTracker(job, grasp_height, recall)
-    tasks: list[Task] = []
-    for planned in table.rounds():
-        if len(tasks) == MOST_TASKS:
-            raise InvalidJob(key="job", reason=TOO_MANY)
-        tasks.append(table.task(planned, len(tasks) + 1))
-    return Expansion(tuple(tasks), table.parts, (*table.remarks, *_waits(tasks)), table.start)
+    for _ in range(job.repeat):
+        table.expand(job.steps, "steps")
+    return Expansion(tuple(table.tasks), table.parts, (*table.remarks, *_waits(table.tasks)), table.start)
 
 
 def _waits(tasks: Sequence[Task]) -> Iterator[str]:
     """Yield a remark for every statement that waits for a person or for an input, once for all rounds."""
-    found = {task.key: task for task in tasks if isinstance(task.action, Statement) and task.action.remark}
+    found: dict[str, Task] = {}
+    for task in tasks:
+        if isinstance(task.action, Statement) and task.action.remark:
+            found.setdefault(task.key, task)
     for task in found.values():
         assert isinstance(task.action, Statement)
         yield phrase("step {number}: {remark}", number=task.index, remark=task.action.remark)
@@ -400,6 +442,27 @@ class _Planned(NamedTuple):
     loop: PalletLoop | None = None
 
 
+class _Situation(NamedTuple):
+    """The parts [m], the held part, the used cells and the last question at a place of a job."""
+
+    parts: dict[str, Point | None]
+    held: str | None
+    used: dict[tuple[str, str], set[Cell]]
+    asked: Task | None
+
+    def merged(self, other: _Situation, asked: Task | None) -> _Situation:
+        """Return what is certain after two branches: the place of a part is unknown where they differ."""
+        parts = {name: place if _same(place, other.parts[name]) else None for name, place in self.parts.items()}
+        if self.held != other.held:
+            parts |= dict.fromkeys([name for name in (self.held, other.held) if name is not None])
+        used = {key: self.used.get(key, set()) | other.used.get(key, set()) for key in self.used | other.used}
+        return _Situation(parts, self.held if self.held == other.held else None, used, asked)
+
+
+def _same(one: Point | None, other: Point | None) -> bool:
+    return one is not None and other is not None and dist(one, other) < SAME_PLACE
+
+
 class _PartTracker:
     """Positions of the parts during the expansion of the steps."""
 
@@ -409,6 +472,8 @@ class _PartTracker:
         self.start = self._names.parts()
         self._handled = HandledParts(dict(self.start))
         self._grasp_height = grasp_height
+        self._asked: Task | None = None
+        self.tasks: list[Task] = []
 
     @property
     def parts(self) -> dict[str, Point | None]:
@@ -420,20 +485,60 @@ class _PartTracker:
         """Deviations of the used pallets, in words."""
         return self._names.remarks
 
-    def rounds(self) -> Iterator[_Planned]:
-        """Yield every step of every round, the steps of a loop once for each of its cells."""
-        for _ in range(self._job.repeat):
-            for number, step in enumerate(self._job.steps):
-                key = f"steps.{number}"
-                if isinstance(step, Step):
-                    yield _Planned(step, key)
-                else:
-                    yield from self._looped(step, key)
+    def expand(self, steps: Sequence[Step | ForEach | IfElse], key: str, loop: PalletLoop | None = None) -> None:
+        """Append the tasks of steps at `key`: of a loop for each of its cells, of an `if` those of both branches."""
+        for number, step in enumerate(steps):
+            place = f"{key}.{number}"
+            match step:
+                case ForEach():
+                    for cell in self._names.cells(step.for_each, f"{place}.for_each"):
+                        self.expand(step.do, f"{place}.do", cell)
+                case IfElse():
+                    self._branch(step, place, loop)
+                case _:
+                    self._append(self.task(_Planned(step, place, loop), len(self.tasks) + 1))
 
-    def _looped(self, loop: ForEach, key: str) -> Iterator[_Planned]:
-        for cell in self._names.cells(loop.for_each, f"{key}.for_each"):
-            for number, step in enumerate(loop.do):
-                yield _Planned(step, f"{key}.do.{number}", cell)
+    def _append(self, task: Task) -> None:
+        if len(self.tasks) == MOST_TASKS:
+            raise InvalidJob(key="job", reason=TOO_MANY)
+        self.tasks.append(task)
+        if isinstance(task.action, Ask):
+            self._asked = task
+
+    def _branch(self, step: IfElse, key: str, loop: PalletLoop | None) -> None:
+        """Append an `if` and both branches, each with the parts as they are before it."""
+        place = len(self.tasks)
+        self._append(self._condition(step.condition, key, place + 1))
+        before = self._situation()
+        self.expand(step.then, f"{key}.{THEN}", loop)
+        then, middle = self._situation(), len(self.tasks)
+        self._take_up(before)
+        self.expand(step.otherwise, f"{key}.{ELSE}", loop)
+        self._take_up(then.merged(self._situation(), before.asked))
+        counts = (middle - place - 1, len(self.tasks) - middle)
+        self.tasks[place] = replace(self.tasks[place], then=counts[0], otherwise=counts[1])
+
+    def _condition(self, condition: Condition, key: str, index: int) -> Task:
+        """Return the task of an `if`; raises `InvalidJob` for an answer that no question before it offers."""
+        task = Task(index, key, condition.words, condition)
+        if condition.answer is None:
+            return task
+        asked = self._asked
+        if asked is None or not isinstance(asked.action, Ask):
+            raise InvalidJob(key=task.place, reason="no step before it asks a question")
+        if condition.answer not in asked.action.choices:
+            choices = ", ".join(asked.action.choices)
+            raise InvalidJob(key=task.place, reason=phrase("the answers before it are {choices}", choices=choices))
+        return replace(task, asked=asked.index, first=condition.answer == asked.action.choices[0])
+
+    def _situation(self) -> _Situation:
+        return _Situation(dict(self.parts), self._handled.held, self._names.used, self._asked)
+
+    def _take_up(self, situation: _Situation) -> None:
+        self._handled = HandledParts(dict(situation.parts))
+        self._handled.held = situation.held
+        self._names.used = situation.used
+        self._asked = situation.asked
 
     def task(self, planned: _Planned, index: int) -> Task:
         """Return the task of a step and apply its effect on the parts."""
