@@ -62,13 +62,12 @@ steps = st.recursive(
     st.lists(statements, min_size=1, max_size=3),
     lambda inner: st.lists(
         st.builds(lambda one, then, other: {"if": one, "then": then, "else": other}, conditions, inner, inner)
-        | st.builds(lambda one, then: {"if": one, "then": then}, conditions, inner)
-        | inner.map(lambda do: {"for_each": "row", "do": do}),
+        | st.builds(lambda one, then: {"if": one, "then": then}, conditions, inner),
         min_size=1,
         max_size=2,
     ),
     max_leaves=6,
-)
+).map(lambda found: [*found, {"for_each": "row", "do": found}])
 ROW = {"row": {"corners": [[0.3, 1.0], [0.5, 1.0]], "rows": 1, "columns": 2}}
 
 
@@ -96,9 +95,13 @@ def test_a_part_keeps_its_place_after_branches_that_agree() -> None:
     assert expand(Job.parse({"steps": [other], **parts}), HEIGHT).parts == {"cube": None, "box": None}
 
 
+NESTED = {"if": {"input": 1, "is": "on"}, "then": [{"for_each": "row", "do": ["home"]}]}
+
+
 @pytest.mark.parametrize(
     ("found", "key"),
     [
+        ({"for_each": "row", "do": [NESTED]}, "steps.1.do.0.then.0"),
         ({"if": {"input": 3}, "then": ["home"]}, "steps.1.if"),
         ({"if": {"input": 3, "is": "on", "answer": "yes"}, "then": ["home"]}, "steps.1.if"),
         ({"if": {"input": 3, "is": "on"}, "then": []}, "steps.1.then"),

@@ -301,18 +301,21 @@ DEEPEST = 8
 """Most lists of steps in each other."""
 
 
-def _require_shallow(data: object) -> None:
-    """Raise `InvalidJob` for lists of steps that are nested too deeply."""
-    ahead: list[tuple[Any, str, int]] = [(data, "", 0)]
+def _require_structure(data: object) -> None:
+    """Raise `InvalidJob` for lists of steps that are nested too deeply, and for a loop within a loop."""
+    ahead: list[tuple[Any, str, int, bool]] = [(data, "", 0, False)]
     while ahead:
-        one, key, depth = ahead.pop()
+        one, key, depth, looped = ahead.pop()
         if depth > DEEPEST:
             raise InvalidJob(key=key, reason=phrase("its steps are nested more than {most} deep", most=DEEPEST))
+        if looped and isinstance(one, Mapping) and "for_each" in one:
+            raise InvalidJob(key=key, reason="a loop cannot contain another loop")
         for name in LISTS if isinstance(one, Mapping) else ():
             steps = one.get(name)
             if isinstance(steps, list | tuple):
                 place = f"{key}.{name}" if key else name
-                ahead += [(step, f"{place}.{number}", depth + 1) for number, step in enumerate(steps)]
+                within = looped or name == "do"
+                ahead += [(step, f"{place}.{number}", depth + 1, within) for number, step in enumerate(steps)]
 
 
 MOST_TASKS = 3_000
@@ -347,7 +350,7 @@ class Job(BaseModel):
             raise InvalidJob(
                 key="job", reason=phrase("it must be a mapping with {names}", names=", ".join(cls.model_fields))
             )
-        _require_shallow(data)
+        _require_structure(data)
         try:
             return cls.model_validate(dict(data))
         except ValidationError as error:
