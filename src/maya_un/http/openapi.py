@@ -36,7 +36,7 @@ from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_TEXT
 from maya_un.process.journal.protocol import JobOptions
 from maya_un.process.spec.job import BARE, SKILLS, SPEED, Grid, Job
-from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, Statement
+from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, JobStatement
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Primitive, Switch, Target
 from maya_un.service.access.operations import RULES, STOPPING, Operation
@@ -116,7 +116,7 @@ def _step(argument: Argument) -> dict[str, Any]:
             return {"const": True}
 
 
-def _statement(statement: type[Statement], schema: dict[str, Any]) -> dict[str, Any]:
+def _statement(statement: type[JobStatement], schema: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a statement, whose `schema` is that of its model."""
     whole = {key: value for key, value in schema.items() if key not in {"title", "description"}}
     if not statement.short:

@@ -1,6 +1,6 @@
 """The process layer: jobs in order.
 
 `process.process` is the queue as the layers above see it. `process.spec` reads jobs and expands them to tasks.
-`process.computation` previews jobs, in a worker if there is one. `process.queue` holds and runs them in the order of
+`process.outlook` previews tasks, `process.computation` does so in a worker if there is one. `process.queue` holds and runs them in the order of
 `process.queue_order`. `process.journal` stores them. `process.lease` decides who controls the robot.
 """

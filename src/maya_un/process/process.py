@@ -41,7 +41,8 @@ from maya_un.process.queue.views import QueueViews
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.poses import TaughtPlaces
 from maya_un.process.spec.statements import ELSE, THEN, Ask
-from maya_un.process.spec.tasks import Recall, StoredJob, Task, write_command
+from maya_un.process.spec.stored import StoredJob, write_command
+from maya_un.process.spec.tasks import Recall, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot

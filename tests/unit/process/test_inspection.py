@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from maya_un.process.computation import Course
-from maya_un.process.computation import inspect_tasks as worked_out
+from maya_un.process.outlook import Course
+from maya_un.process.outlook import inspect_tasks as worked_out
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot

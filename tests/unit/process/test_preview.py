@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.process.computation import Course, preview_tasks
+from maya_un.process.outlook import Course, preview_tasks
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot

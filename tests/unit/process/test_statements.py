@@ -12,12 +12,14 @@ from hypothesis import strategies as st
 from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, InvalidJob
-from maya_un.process.computation import require_channels
+from maya_un.process.outlook import require_channels
 from maya_un.process.spec.documents import write_yaml
 from maya_un.process.spec.job import Job, load_job
 from maya_un.process.spec.poses import TaughtPlaces
 from maya_un.process.spec.statements import LONGEST, STATEMENTS, Ask, SetOutput, Wait, WaitFor
-from maya_un.process.spec.tasks import Task, expand, expanded, write_job
+from maya_un.process.spec.stored import expanded, write_job
+from maya_un.process.spec.tasks import Task, expand
+from maya_un.robot.primitives.pick import Pick
 
 HEIGHT = 0.4
 CHANNELS = parse({"controller": {"outputs": [3, 5], "output_names": ["", "", "vacuum"], "input_names": ["door"]}})
@@ -90,7 +92,9 @@ def test_a_part_keeps_its_place_after_branches_that_agree() -> None:
     carry = [{"pick": "cube"}, {"place": "tray"}]
     same = {"if": {"input": 1, "is": "on"}, "then": carry, "else": [{"wait": 1}, *carry]}
     found = expand(Job.parse({"steps": [same, {"pick": "cube"}], **parts}), HEIGHT)
-    assert found.tasks[-1].action.target == pytest.approx((1.1, 0.5, HEIGHT))
+    last = found.tasks[-1].action
+    assert isinstance(last, Pick)
+    assert last.target == pytest.approx((1.1, 0.5, HEIGHT))
     other = {"if": {"input": 1, "is": "on"}, "then": [{"pick": "cube"}], "else": [{"pick": "box"}]}
     assert expand(Job.parse({"steps": [other], **parts}), HEIGHT).parts == {"cube": None, "box": None}
 

@@ -32,7 +32,8 @@ from maya_un.process.journal.protocol import ClearedJobs, JobOptions, JobRow, Jo
 from maya_un.process.queue.changes import Changes, Dates, Transaction, TransactionLog, failed_dependency
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import JobRecord
-from maya_un.process.spec.tasks import Expansion, StoredJob, Task
+from maya_un.process.spec.stored import StoredJob
+from maya_un.process.spec.tasks import Expansion, Task
 from maya_un.schema.jobs import OnFailure, TaskState
 from maya_un.values import Notice
 

@@ -24,7 +24,7 @@ from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transacti
 from maya_un.process.queue.entries import QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord, where
 from maya_un.process.queue.statements import StatementRunner
-from maya_un.process.spec.statements import ELSE, THEN, Statement
+from maya_un.process.spec.statements import ELSE, THEN, JobStatement
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.jobs import TaskState
 from maya_un.values import Notice
@@ -279,7 +279,7 @@ class JobRunner:
         """Do the action of a step; the answer to a question, and the branch of an `if`, are its phase."""
         task, record = step.task, self._item.record
         assert record is not None
-        if not isinstance(task.action, Statement):
+        if not isinstance(task.action, JobStatement):
             await self._shared.robot.run(task.action, self._on_phase(step), task.speed)
             return
         phase = await self._statements.run(self._item, task, task.action, record.answers)

@@ -13,7 +13,7 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InputTimeout, InvalidValue, NotConnected, Stopped
 from maya_un.events import InputAwaited, QuestionAsked
 from maya_un.process.queue.entries import OpenQuestion, QueueEntry
-from maya_un.process.spec.statements import CANCEL, ELSE, THEN, Ask, Condition, SetOutput, Statement, Wait, WaitFor
+from maya_un.process.spec.statements import CANCEL, ELSE, THEN, Ask, Condition, JobStatement, SetOutput, Wait, WaitFor
 from maya_un.process.spec.tasks import Task
 from maya_un.values import Mode, State
 
@@ -31,7 +31,7 @@ class StatementRunner:
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
 
-    async def run(self, item: QueueEntry, task: Task, statement: Statement, answers: Mapping[int, str]) -> str:
+    async def run(self, item: QueueEntry, task: Task, statement: JobStatement, answers: Mapping[int, str]) -> str:
         """Do a statement of a job; return the answer to a question, the branch of an `if`, "" for other statements.
 
         `answers` are those to earlier questions, by task. Raises `InputTimeout`, `Cancelled` for the answer that ends

@@ -53,7 +53,7 @@ from pydantic import (
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue
 from maya_un.process.spec.pallet import MOST_CELLS, check_counts
-from maya_un.process.spec.statements import ELSE, ONE_KIND, STATEMENTS, THEN, Condition, Share, Statement
+from maya_un.process.spec.statements import ELSE, ONE_KIND, STATEMENTS, THEN, Condition, JobStatement, Share
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Switch, Target, read_joints, read_point
 from maya_un.validation import reason_of
@@ -163,7 +163,7 @@ def step_text(command: str, argument: Any) -> str:
     """Return a step as text, like `pick 0.5 1.1`; `argument` is the value of its key."""
     if argument is True:
         return command
-    if isinstance(argument, Statement):
+    if isinstance(argument, JobStatement):
         return argument.words
     shown = argument if isinstance(argument, str) else " ".join([f"{number:g}" for number in argument])
     return f"{command} {shown}"
