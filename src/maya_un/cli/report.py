@@ -40,7 +40,7 @@ def as_text(data: Mapping[str, Any], language: str) -> str:
     if data["parts"]:
         blocks.append(_parts(data["parts"], language))
     if data["remarks"]:
-        shape = translate("not quite a rectangle", language)
+        shape = translate("note", language)
         blocks.append("\n".join(f"{shape}: {translate_phrase(remark, language)}" for remark in data["remarks"]))
     return "\n\n".join(blocks)
 
