@@ -172,8 +172,14 @@ test.each([
   [["skipped", "done", "failed"], 3],
   [["cancelled", "skipped"], 1],
 ])("a job with the steps %j begins again at %j", (states, first) => {
-  const steps = states.map((state, i) => ({ index: i + 1, state }) as StepResult);
+  const steps = states.map((state, i) => ({ index: i + 1, key: `steps.${i}`, state, phase: "" }) as StepResult);
   expect(firstUndone(steps)).toBe(first);
+});
+
+test("a job begins again behind a branch that was not taken", () => {
+  const steps = [["steps.0", "done", "then"], ["steps.0.then.0", "done", ""], ["steps.0.else.0", "skipped", ""], ["steps.1", "failed", ""]] as const;
+  expect(firstUndone(steps.map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBe(4);
+  expect(firstUndone(steps.slice(0, 3).map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBeNull();
 });
 
 test("of jobs with one name the newest is offered", () => {

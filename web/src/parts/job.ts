@@ -279,6 +279,12 @@ export function withoutStep(job: JobData, key: string): JobData | null {
 /** Returns the step at which an ended job begins again by default (maya_un.process.process), null if all are done. */
 export function firstUndone(steps: readonly StepResult[]): number | null {
   const begun = Math.max(0, ...steps.filter((one) => one.state === "done").map((one) => one.index));
-  const left = steps.find((one) => one.state !== "done" && !(one.state === "skipped" && one.index < begun));
-  return left?.index ?? null;
+  const branches = new Map<string, string>(); // the steps of the branches that were not taken, by the place of their `if`
+  for (const one of steps) {
+    if (one.state === "done" && (one.phase === "then" || one.phase === "else")) branches.set(one.key, `${one.key}.${one.phase === "then" ? "else" : "then"}.`);
+    else if (branches.has(one.key)) branches.delete(one.key);
+    if (one.state === "done" || [...branches.values()].some((start) => one.key.startsWith(start))) continue;
+    if (!(one.state === "skipped" && one.index < begun)) return one.index;
+  }
+  return null;
 }
