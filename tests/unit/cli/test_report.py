@@ -33,6 +33,7 @@ STEP: dict[str, Any] = {
     "duration": 12.34,
     "end_counts": [1, 2, 3],
     "end_point": [0.5, 1.0, 0.4],
+    "phase": "up",
 }
 REPORT: dict[str, Any] = {
     "id": 4,
