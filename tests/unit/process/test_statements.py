@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -143,8 +144,6 @@ def test_steps_that_are_nested_too_deeply_are_refused() -> None:
 
 @given(st.lists(statements, min_size=1, max_size=8))
 def test_a_job_of_statements_is_read_back_from_its_data_and_from_its_text(steps: list[Any]) -> None:
-    import yaml
-
     job = Job.parse({"steps": steps})
     assert Job.parse(job.as_data()) == job
     assert Job.parse(yaml.safe_load(write_yaml(job.as_data()))) == job
@@ -278,6 +277,15 @@ def test_known_channels_are_accepted_by_number_and_name() -> None:
 def test_names_of_channels_are_different_words(key: str, names: list[str]) -> None:
     with pytest.raises(InvalidConfig):
         parse({"controller": {key: names}})
+
+
+def test_the_jobs_of_the_how_to_page_are_accepted() -> None:
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "run-a-job.md"
+    found = [part.partition("```")[0] for part in page.read_text(encoding="utf-8").split("```yaml\n")[1:]]
+    kinds = [
+        step.command for text in found for step in Job.parse(yaml.safe_load(text)).steps if hasattr(step, "command")
+    ]
+    assert set(kinds) >= {"home", "wait", "set", "wait_for", "ask", "place"}
 
 
 def test_every_statement_has_help_and_a_label() -> None:

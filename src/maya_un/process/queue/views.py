@@ -215,7 +215,8 @@ class Forecast:
         if known is not None and known.body is item.row.body and (known.left, known.start) == (left, start):
             return known.course
         try:
-            course = await self._foresight.walk(await self._tasks(item), start, whose=_WHOSE)
+            answers = {} if item.record is None else item.record.answers
+            course = await self._foresight.walk(await self._tasks(item), start, answers, whose=_WHOSE)
         except MayaError:
             return None
         if not self._stale:
