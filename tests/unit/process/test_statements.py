@@ -15,7 +15,7 @@ from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, InvalidJob
 from maya_un.process.outlook import require_channels
 from maya_un.process.spec.documents import write_yaml
-from maya_un.process.spec.job import Job, load_job
+from maya_un.process.spec.job import IfElse, Job, Step, load_job
 from maya_un.process.spec.poses import TaughtPlaces
 from maya_un.process.spec.statements import LONGEST, STATEMENTS, Ask, SetOutput, Wait, WaitFor
 from maya_un.process.spec.stored import expanded, write_job
@@ -282,10 +282,9 @@ def test_names_of_channels_are_different_words(key: str, names: list[str]) -> No
 def test_the_jobs_of_the_how_to_page_are_accepted() -> None:
     page = Path(__file__).parents[3] / "docs" / "how-to" / "run-a-job.md"
     found = [part.partition("```")[0] for part in page.read_text(encoding="utf-8").split("```yaml\n")[1:]]
-    kinds = [
-        step.command for text in found for step in Job.parse(yaml.safe_load(text)).steps if hasattr(step, "command")
-    ]
-    assert set(kinds) >= {"home", "wait", "set", "wait_for", "ask", "place"}
+    steps = [step for text in found for step in Job.parse(yaml.safe_load(text)).steps]
+    assert {step.command for step in steps if isinstance(step, Step)} >= {"home", *STATEMENTS}
+    assert any(isinstance(step, IfElse) for step in steps)
 
 
 def test_every_statement_has_help_and_a_label() -> None:
