@@ -1,4 +1,5 @@
-"""Connections to virtual controllers for the conformance table: without a wire, by TCP, by UDP.
+"""Connections to virtual controllers for the conformance table: without a wire, by TCP, by UDP, by a
+serial port.
 
 Time is in the test's hand everywhere. On a real wire client and controller share one thread, and the controller's
 loop has a clock that stands still between exchanges.
@@ -7,6 +8,7 @@ loop has a clock that stands still between exchanges.
 from __future__ import annotations
 
 import asyncio
+import os
 import select
 import socket
 from collections.abc import Callable, Iterator
@@ -15,6 +17,7 @@ from contextlib import contextmanager
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.network import Handle
 from dmc41x3.twin.plant import BenchPlant
+from dmc41x3.twin.wire.connections import SerialLink
 from dmc41x3.twin.wire.server import VirtualController
 
 EXCHANGE = 0.002
@@ -134,6 +137,17 @@ class Wire:
         sock.connect(self.address)
         return Udp(self, sock)
 
+    def serial(self) -> Serial:
+        """Open the main serial port, without an echo."""
+
+        async def plug() -> str:
+            return self.controller.serve_serial()
+
+        channel = Serial(self, self.loop.run_until_complete(plug()))
+        channel.send(b"EO 0\r")
+        assert channel.receive() == b"EO 0\r\n:"
+        return channel
+
     def wait(self, seconds: float) -> None:
         """Let the controller's time pass, and have it say what it has to say by itself."""
         self.loop.held += seconds
@@ -219,6 +233,48 @@ class Tcp:
             data = b""
         self._ended = self._ended or not data
         return data
+
+
+class Serial:
+    """A serial port, which has no end."""
+
+    def __init__(self, wire: Wire, path: str) -> None:
+        self._wire = wire
+        self._file = os.open(path, os.O_RDWR | os.O_NOCTTY)
+
+    def send(self, data: bytes) -> None:
+        """Send bytes, in the wire's pieces; this takes a little of the controller's time."""
+        self._wire.loop.held += EXCHANGE
+        for piece in self._wire.cut(data):
+            os.write(self._file, piece)
+            self._arrive()
+
+    def receive(self) -> bytes:
+        """Return what has come, b"" where nothing does for a while: the kernel passes bytes on in its own time."""
+        for _ in range(3):
+            if select.select([self._file], [], [], 0.0)[0] or select.select([self._file], [], [], Tcp.PATIENCE)[0]:
+                return os.read(self._file, 65536)
+            self._wire.loop.turn()
+        return b""
+
+    def wait(self, seconds: float) -> None:
+        """Let the controller's time pass."""
+        self._wire.wait(seconds)
+
+    def _arrive(self) -> None:
+        """Wait until the kernel has passed bytes on to the controller, and let it answer."""
+        link = self._wire.controller._serial_link
+        assert isinstance(link, SerialLink)
+        assert select.select([link._file], [], [], 5.0)[0]
+        self._wire.loop.turn()
+
+    def ended(self) -> bool:
+        """Return False: nothing ends a cable."""
+        return False
+
+    def close(self) -> None:
+        """Close the port."""
+        os.close(self._file)
 
 
 class Udp(Tcp):

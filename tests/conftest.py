@@ -18,7 +18,7 @@ import pytest
 from dmc41x3.loops import run_virtual
 from tests.campaign import Campaign, Ledger
 
-pytest_plugins = ["tests.hard_timeout", "tests.secrecy"]
+pytest_plugins = ["tests.errors_seen", "tests.hard_timeout", "tests.secrecy"]
 DEFAULT_SEED = 20190
 LONG_TIMEOUT = 3600.0
 """Wall limit of one test [s] where campaigns have their full size; pyproject.toml has the ordinary one."""

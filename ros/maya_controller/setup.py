@@ -3,5 +3,5 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-packages = ["maya_controller", *(f"maya_controller.{name}" for name in ("config", "hardware", "simulation"))]
+packages = ["maya_controller"] + ["maya_controller." + name for name in ("config", "hardware", "simulation")]
 setup(**generate_distutils_setup(packages=packages, package_dir={"": "src"}))

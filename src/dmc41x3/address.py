@@ -1,11 +1,16 @@
-"""The address of a controller, as people write it: `sim`, `real`, HOST or HOST:PORT.
+"""The address of a controller, as people write it: `sim`, `real`, HOST, HOST:PORT, or a serial port.
+
+A serial port is a path, as in `/dev/ttyUSB0`, `/dev/ttyUSB0@19200` or `/dev/ttyUSB0 --baud 19200`, or a name of Windows
+like `COM3` (see `device`).
 
 Imports nothing heavy, because an emergency stop needs it.
 """
 
 from __future__ import annotations
 
+import os
 import re
+from typing import NamedTuple, TypeAlias
 
 from dmc41x3.i18n import phrase
 
@@ -18,10 +23,69 @@ REAL = "real"
 PORT = 23
 """Galil's port for commands."""
 
+BAUD = 115200
+"""Speed of a serial port if the address names none [bit/s]."""
+
+BAUDS = (9600, 19200, 38400, 57600, 115200)
+"""Speeds of a serial port [bit/s]. A jumper of the controller chooses between 19200 and 115200."""
+
+_SERIAL = re.compile(r"(?P<path>/[^@\s]+|COM[0-9]{1,3})(?:(?:@|\s+(?:-b|--baud)[\s=])\s*(?P<baud>[0-9]{1,7}))?")
+_SERIAL_BEGIN = re.compile(r"/|COM[0-9]+(?![\w.-])")
+_COM = re.compile(r"COM([0-9]+)")
+
+
+class NetworkAddress(NamedTuple):
+    """Host and TCP port of a controller."""
+
+    host: str
+    port: int = PORT
+
+    def __str__(self) -> str:
+        """Return HOST:PORT."""
+        return f"{self.host}:{self.port}"
+
+
+class SerialAddress(NamedTuple):
+    """Path and speed [bit/s] of a serial port with a controller."""
+
+    path: str
+    baud: int = BAUD
+
+    def __str__(self) -> str:
+        """Return PATH, or PATH@BAUD if the speed is not the default one."""
+        return self.path if self.baud == BAUD else f"{self.path}@{self.baud}"
+
+
+ControllerAddress: TypeAlias = NetworkAddress | SerialAddress
+
 
 def meant(address: str, configured: str) -> str:
     """Return `configured` if `address` is `real`, else `address`."""
     return configured if address == REAL else address
+
+
+def parse(address: str) -> ControllerAddress:
+    """Return the place that an address names: HOST, HOST:PORT or a serial port.
+
+    Raises `ValueError` with the reason in words; `sim` and `real` are no places.
+    """
+    if _SERIAL_BEGIN.match(address) is None:
+        return NetworkAddress(*split(address))
+    found = _SERIAL.fullmatch(address.strip())
+    if found is None:
+        raise ValueError(phrase("a serial port must be PATH or PATH@BAUD"))
+    baud = int(found["baud"] or BAUD)
+    if baud not in BAUDS:
+        raise ValueError(phrase("the speed of a serial port must be one of {choices}", choices=_choices()))
+    return SerialAddress(device(found["path"]), baud)
+
+
+def device(name: str) -> str:
+    """Return the path of a serial port. COMn is the path in $DMC_COMn, else the port of that number (/dev/ttySn-1)."""
+    com = _COM.fullmatch(name)
+    if com is None:
+        return name
+    return os.environ.get(f"DMC_{name}") or f"/dev/ttyS{max(int(com[1]) - 1, 0)}"
 
 
 def split(address: str) -> tuple[str, int]:
@@ -37,3 +101,7 @@ def split(address: str) -> tuple[str, int]:
     if not re.fullmatch(r"[0-9]{1,5}", port) or not 0 < int(port) < 65536:
         raise ValueError(phrase("the port behind the colon must be 1 to 65535"))
     return host, int(port)
+
+
+def _choices() -> str:
+    return ", ".join(map(str, BAUDS))

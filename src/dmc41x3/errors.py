@@ -167,6 +167,10 @@ class ConnectFailed(
     reason: Phrase
 
 
+class SerialPortUnavailable(ConnectFailed, code=1012, en="The serial port {address} cannot be opened: {reason}."):
+    """A serial port is missing, forbidden to this user, or used by another program."""
+
+
 class LinkTimeout(
     MachineError,
     code=1003,
@@ -239,6 +243,43 @@ class MemoryDamaged(
     """The controller's EEPROM failed a checksum when it last powered up."""
 
     what: Phrase
+
+
+class AddressNotReached(
+    MachineError,
+    code=1013,
+    en="The controller was told to use the address {address}, but does not answer there ({reason}). Nothing was burned:"
+    " switch the controller off and on, and it returns to its former address. Choose an address in the network of this"
+    " computer.",
+):
+    """A controller does not answer at its new address."""
+
+    address: str
+    reason: Phrase
+
+
+class NoAddressRequest(
+    MachineError,
+    code=1014,
+    en="{mac} did not ask for an address within {seconds} s. Switch the controller off and on while the command waits."
+    " A controller that has a burned address, or one from another server, does not ask.",
+):
+    """A controller did not ask for an address."""
+
+    mac: str | Phrase
+    seconds: float | str
+
+
+class OtherDhcpServer(
+    MachineError,
+    code=1015,
+    en="{mac} takes its address from the DHCP server {server}. Reserve an address there, or connect the controller to"
+    " this computer by a cable of its own.",
+):
+    """Another DHCP server gives the controller its address."""
+
+    mac: str
+    server: str
 
 
 class NotConnected(
@@ -324,6 +365,12 @@ class AddressInUse(
     """A port to listen on is taken."""
 
     address: str
+
+
+class PortForbidden(RequestError, code=5015, en="Only root may listen on port {port}. Run the command with sudo."):
+    """A port below 1024 was requested without the privilege for it."""
+
+    port: int
 
 
 class FileNotOurs(RequestError, code=5005, en="This program does not use {path}: {remedy}."):

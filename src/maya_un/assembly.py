@@ -11,12 +11,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dmc41x3.address import SIM, meant, split
+from dmc41x3.address import SIM, meant, parse
 from dmc41x3.i18n import phrase
-from dmc41x3.wire.transport import TcpTransport, Transport
+from dmc41x3.wire.transport import Transport, connect
 from maya_un.cancellation import run_to_end
 from maya_un.config import Config, StorageConfig
 from maya_un.controller.controller import GalilController
+from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
 from maya_un.controller.registers import Dial
 from maya_un.errors import InvalidConfig
@@ -75,6 +76,12 @@ class Twin:
         """The part between the jaws, or None."""
         return self.mechanics.record.carried
 
+    def press_stop(self, *, pressed: bool) -> None:
+        """Press the emergency stop, or release it; its wiring says what the abort input then reads."""
+        active = self.mechanics.truth.wiring.abort_active(pressed=pressed)
+        self.controller.look()
+        self.controller.machine.abort_input(active)
+
 
 @dataclass(frozen=True, slots=True)
 class ControllerAssembly:
@@ -130,6 +137,10 @@ def machine_of(config: Config) -> TrueConstants:
 
     axes, geometry, scale = (config.axes.a, config.axes.b, config.axes.c), config.geometry, config.scale
     a, b, c = ((axis.minimum, axis.maximum) for axis in axes)
+
+    def fitted(axis: int) -> tuple[bool, bool]:
+        return axes[axis].switch_at_minimum, axes[axis].switch_at_maximum
+
     machine = TrueConstants(
         height=geometry.height,
         length=geometry.length,
@@ -143,6 +154,7 @@ def machine_of(config: Config) -> TrueConstants:
         gripper_output=config.gripper.output,
         gripper_closes_on=config.gripper.closed_by == "set",
         letters="".join(axis.letter for axis in axes),
+        fitted=(fitted(0), fitted(1), fitted(2)),
     )
     usual, per_unit = TrueConstants(), machine.scale
 
@@ -186,17 +198,20 @@ def make_twin(
     """
     from dmc41x3.twin.machine import VirtualDmc  # noqa: PLC0415
     from dmc41x3.twin.wire.server import VirtualController  # noqa: PLC0415
-    from maya_un.machine.mechanics import MayaMechanics  # noqa: PLC0415
-    from maya_un.machine.truth import legal_start  # noqa: PLC0415
+    from maya_un.machine.miswired import built  # noqa: PLC0415
+    from maya_un.machine.truth import StartPose, legal_start  # noqa: PLC0415
 
     real = truth if truth is not None else machine_of(config or Config())
     try:
         start = legal_start(random.Random(seed), real)
+        if config is not None and config.person_needed:  # its person has brought it to the pose that it is given
+            start = StartPose(*homed_pose(config))
     except ValueError as error:
         reason = phrase("no place of the gripper above the table keeps both lines taut")
         raise InvalidConfig(key="geometry.height", value=real.height, reason=reason) from error
-    mechanics = MayaMechanics(real, start, parts=parts or {})
-    machine = VirtualDmc(mechanics, memory=memory, firmware=firmware)
+    mechanics, plant = built(real, start, parts)
+    machine = VirtualDmc(plant, memory=memory, firmware=firmware)
+    machine.abort_input(real.wiring.abort_active(pressed=False))
     return Twin(VirtualController(machine, seed=seed), mechanics)
 
 
@@ -220,8 +235,9 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
     recordings: RecordingStore | None = None,
     staff: WorkerSet | None = None,
 ) -> AsyncIterator[Stack]:
-    """Connect all layers on the controller at `address` ("sim", "real" or HOST[:PORT]) for the length of the block.
+    """Connect all layers on the controller at `address` for the length of the block.
 
+    The address is "sim", "real", HOST[:PORT] or a serial port.
     `speed` is the speed of the loop's clock, which the service reports; it changes nothing here. The file at `places`
     stores taught places; without one they last as long as the stack. Points of a calibration are stored beside it.
     Clients change `config_file` for the next start, if it is given. `journal` stores the queue and its history, the
@@ -301,9 +317,9 @@ async def controller_layer(  # noqa: PLR0913 - every option of a controller laye
     """
     address = meant(address, config.controller.address)
     twin = make_twin(config, seed=seed, truth=truth, parts=parts) if address == SIM else None
-    patient = config if twin is None else _patient(config, speed)
+    waiting = config if twin is None else patient(config, speed)
     recorder = _recorder(config, address, speed, twin, seed, recordings) if live else None
-    controller = GalilController(_dial(address, config, twin, recorder), address, patient, live=live, workers=workers)
+    controller = GalilController(_dial(address, config, twin, recorder), address, waiting, live=live, workers=workers)
     if heard is not None:
         heard(controller.events)
     try:
@@ -437,7 +453,7 @@ def keep_events(events: EventLog, journal: Journal, calendar: Calendar | None) -
     events.heard_by(keep)
 
 
-def _patient(config: Config, speed: float) -> Config:
+def patient(config: Config, speed: float) -> Config:
     """Return the configuration for a twin with a scaled clock: a reply, or a busy host, takes the same real time."""
     factor = max(1.0, speed)
     controller = config.controller.model_copy(update={"timeout": config.controller.timeout * factor})
@@ -463,16 +479,22 @@ def _watched(recorder: Recorder | None, controller: GalilController) -> Abstract
     return nullcontext() if recorder is None else recorder.watching(controller)
 
 
+def to_controller(address: str, config: Config) -> Dial:
+    """Return what connects to the controller at HOST, HOST:PORT or a serial port."""
+    place = parse(address)
+
+    async def dial() -> Transport:
+        return await connect(place, config.controller.timeout)
+
+    return dial
+
+
 def _dial(address: str, config: Config, twin: Twin | None, recorder: Recorder | None) -> Dial:
     async def to_twin() -> Transport:
         assert twin is not None
         return twin.controller.loopback()
 
-    async def to_box() -> Transport:
-        host, port = split(address)
-        return await TcpTransport.connect(host, port, config.controller.timeout)
-
-    dial = to_box if twin is None else to_twin
+    dial = to_controller(address, config) if twin is None else to_twin
 
     async def recorded() -> Transport:
         assert recorder is not None

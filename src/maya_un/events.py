@@ -174,6 +174,21 @@ class HomingDone(ControllerEvent, word="homed", en="homed", narrated=True):
 
 
 @dataclass(frozen=True)
+class DatumGiven(ControllerEvent, word="datum_given", en="{by} gave the datum {joints}", narrated=True):
+    """A person has stated the joints a [rad], b and c [m] of the robot. `by` is the person."""
+
+    by: str
+    joints: str
+
+
+@dataclass(frozen=True)
+class DatumConfirmed(ControllerEvent, word="datum_confirmed", en="{by} confirmed the datum", narrated=True):
+    """A second point agrees with the datum that a person gave. `by` is the person who stated the second point."""
+
+    by: str
+
+
+@dataclass(frozen=True)
 class MotionBegun(ControllerEvent, word="moving", en="moving", level=logging.DEBUG):
     """A motion begins. `to` is its end as text: a [rad], b and c [m]; None if only the mode is known."""
 

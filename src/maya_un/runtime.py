@@ -14,6 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.address import ControllerAddress, parse
 from dmc41x3.files import open_own
 from maya_un.errors import AlreadyRunning, FileUnwritable
 from maya_un.namespace import own
@@ -23,11 +24,11 @@ _MOST_BYTES = 4096
 
 
 class Running(NamedTuple):
-    """A `maya up` as its file describes it; `controller` is host and port, None for a twin in the process."""
+    """A `maya up` as its file describes it; `controller` is its address, None for a twin in the process."""
 
     url: str
     pid: int
-    controller: tuple[str, int] | None
+    controller: ControllerAddress | None
 
 
 def folder() -> Path:
@@ -63,7 +64,7 @@ def read(place: Path) -> Any:
 
 def _parse(found: dict[str, Any]) -> Running:
     controller = found["controller"]
-    address = None if controller is None else (str(controller["host"]), int(controller["port"]))
+    address = None if controller is None else parse(controller)
     return Running(str(found["url"]), int(found["pid"]), address)
 
 
@@ -116,7 +117,7 @@ def _take(lock: int) -> None:
 
 def publish(running: Running) -> None:
     """Write the runtime file, whole or not at all; raises `FileUnwritable`."""
-    controller = None if running.controller is None else {"host": running.controller[0], "port": running.controller[1]}
+    controller = None if running.controller is None else str(running.controller)
     write("service.json", {"url": running.url, "pid": running.pid, "controller": controller})
 
 

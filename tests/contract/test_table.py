@@ -130,6 +130,39 @@ def test_over_udp(group: str) -> None:
     assert not differences(group, talk)
 
 
+ETHERNET_ONLY = {
+    "EPICS connects",
+    "gclib connects",
+    "PyGalil connects",
+    "who am I",
+    "the first to come is on handle A",
+    "who am I as a number",
+    "handles of whom and of nobody",
+    "free handles",
+    "all handles but one are free",
+    "kind of the own handle",
+    "echo is on by default",
+    "status byte with echo on",
+    "EO 1 brings no echo on Ethernet",
+    "by default messages go nowhere near Ethernet",
+    "an error ends every thread",
+    "the own handle is in the record",
+    "messages to whoever asks for them",
+}
+"""Vectors about the sender's handle, about EO 1, or about messages that go to the serial port by default."""
+
+
+@every_group
+def test_over_a_serial_port(group: str) -> None:
+    def talk(vector: Vector, axes: int) -> VectorDifference | None:
+        if vector.name in ETHERNET_ONLY or any(step.on for step in vector.steps):
+            return None  # there is one port
+        with wire(axes) as controller:
+            return run(vector, controller.serial, axes)
+
+    assert not differences(group, talk)
+
+
 def test_vectors_over_tcp_cut_in_two_at_every_place(campaign: Campaign) -> None:
     cases = [(vector, place) for vector in TABLE for place in places(vector)]
     size = campaign.size(ci=150, long=len(cases))

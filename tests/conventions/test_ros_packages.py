@@ -102,7 +102,8 @@ def test_constant_has_the_value_of_its_own_name() -> None:
 
 
 def test_the_words_of_events_are_those_of_the_graph() -> None:
-    found = {name: ast.literal_eval(value) for name, value in assigned("events.py").items()}
+    made = {name: value for name, value in assigned("events.py").items() if isinstance(value, ast.Call)}
+    found = {name: ast.literal_eval(value.args[0]) for name, value in made.items()}
     assert list(found.values()) == words()
     assert all(name == word.upper() for name, word in found.items())
 
@@ -184,6 +185,55 @@ def test_constants_without_maya_are_the_defaults_with_a_warning(python: str | No
     )  # fmt: skip
     assert float(said.stdout) == constants(parse({}))["MAYA_HEIGHT"]
     assert "Maya is not installed here" in said.stderr
+
+
+EVERYWHERE = [
+    *(ROS / name / "setup.py" for name in ("maya_controller", "maya_robot", "maya_process")),
+    *CONFIG.glob("*.py"),
+    *ROS.glob("maya_[cpr]*/src/maya_*/__init__.py"),
+]
+"""The modules that a program on a computer with the messages alone needs, under the Python of its ROS."""
+TOO_NEW = (
+    ast.JoinedStr, ast.AnnAssign, ast.NamedExpr, ast.Starred, ast.YieldFrom, ast.Await, ast.AsyncFunctionDef,
+    ast.Nonlocal, ast.MatMult,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("file", EVERYWHERE, ids=lambda path: str(path.relative_to(ROS)))
+def test_what_messages_need_is_python_2_as_well(file: Path) -> None:
+    nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+    assert [ast.unparse(node) for node in nodes if isinstance(node, TOO_NEW)] == []
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
+    assert not any(one.returns or one.args.kwonlyargs or one.args.posonlyargs for one in functions)
+    assert not any(argument.annotation for one in functions for argument in one.args.args)
+    assert not any(isinstance(node, ast.ImportFrom) and node.module == "__future__" for node in nodes)
+
+
+@pytest.mark.parametrize("python", ["python2.7", "python3.6", "python3.8", BARE])
+def test_events_are_compared_by_old_and_new_pythons(python: str) -> None:
+    found = shutil.which(python)
+    environment = {"PATH": os.environ["PATH"], "PYTHONPATH": str(CONFIG.parent.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    if found is None or subprocess.run([found, "-V"], env=environment, capture_output=True, check=False).returncode:
+        pytest.skip(f"there is no {python}")
+    subprocess.run([found, "-c", COMPARE], env=environment, check=True)
+
+
+COMPARE = """
+from maya_controller.config import events as e
+text = 'homed {"mode":"idle"}'
+assert text == e.HOMED and e.HOMED == text and not text != e.HOMED and not e.HOMED != text
+assert text != e.HOMING and text not in (e.HOMING, e.IDLE) and text in [e.IDLE, e.HOMED]
+assert e.HOMED == "homed" and e.HOMED == e.HOMED and e.HOMED != e.HOMING and "homed2 {}" != e.HOMED and e.HOMED != 3
+assert {e.HOMED: 1}["homed"] == 1 and e.HOMED.upper() == "HOMED" and "%s" % e.HOMED == "homed"
+assert e.read(text) == ("homed", {"mode": "idle"}) and e.read("idle") == ("idle", {})
+"""
+
+
+@pytest.mark.parametrize("package", ["maya_controller", "maya_robot", "maya_process", "maya_ui"])
+def test_a_package_asks_for_an_old_cmake(package: str) -> None:
+    """Kinetic has CMake 3.5. The second number gives the behaviour of later ones, which 3.11 and older ignore."""
+    first = (ROS / package / "CMakeLists.txt").read_text(encoding="utf-8").splitlines()[0]
+    assert first == "cmake_minimum_required(VERSION 3.0.2...3.16)"
 
 
 def test_the_metapackage_is_written_as_every_catkin_asks() -> None:

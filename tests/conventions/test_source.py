@@ -17,6 +17,7 @@ IO_MODULES = {
     "dmc41x3.gclib.api",
     "dmc41x3.gclib.session",
     "dmc41x3.gclib.shim.gclib",
+    "dmc41x3.wire.serial_port",
     "dmc41x3.wire.stream",
     "dmc41x3.wire.transport",
     "dmc41x3.twin.wire.injection",

@@ -42,7 +42,16 @@ print(json.dumps(sorted(sys.modules)), file=sys.stderr)
 """
 
 
-FREQUENT = ["--help", "--version", "status", "stop", "stop --address 127.0.0.1:1", "fk 0.5 1.5 1.5", "ik 0.5 1.1 0.9"]
+FREQUENT = [
+    "--help",
+    "--version",
+    "status",
+    "stop",
+    "stop --address 127.0.0.1:1",
+    "stop --address /dev/no-such-port",
+    "fk 0.5 1.5 1.5",
+    "ik 0.5 1.1 0.9",
+]
 PARSED = ["queue", "job list", "pick 0.5 1.1"]
 """Command lines that need the parser of all commands, and a service."""
 

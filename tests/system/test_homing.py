@@ -9,6 +9,8 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
+from itertools import product
 from random import Random
 
 import pytest
@@ -31,6 +33,17 @@ COUNT = 1e-6
 
 USUAL = TrueConstants()
 """The manual's machine."""
+
+
+SHORT_ENDS = ("both", "minimum")
+"""Arrangements of the switches of a line with which it homes alone."""
+
+
+def with_switches(config: Config, a: str, b: str, c: str) -> Config:
+    """Return a configuration with other switches."""
+    axes = zip("abc", (a, b, c), strict=True)
+    keys = {name: getattr(config.axes, name).model_copy(update={"switches": fitted}) for name, fitted in axes}
+    return config.model_copy(update={"axes": config.axes.model_copy(update=keys)})
 
 
 def drawn_config(rng: Random) -> Config:
@@ -105,6 +118,21 @@ def test_homes_machines_of_other_sizes(campaign: Campaign) -> None:
         config = other_size(rng)
         truth = machine_of(config)
         run_virtual(_home(truth, legal_start(rng, truth), config))
+
+
+def test_homes_with_every_arrangement_of_switches_that_needs_no_person(campaign: Campaign) -> None:
+    """Axis a has a switch at either end, and a line needs none at its long end; other ends are unknown by 3 %."""
+    for case, fitted in enumerate(product(("both", "minimum", "maximum"), SHORT_ENDS, SHORT_ENDS)):
+        for start in range(campaign.size(ci=1, long=100)):
+            rng = campaign.rng(1000 * case + start)
+            sizes = other_size(rng) if start % 2 else drawn_config(rng)
+            config = with_switches(sizes, *fitted)
+            truth = machine_of(config)
+            if not start % 2:
+                drawn = wired(TrueConstants.drawn(rng), config)
+                boom = truth.switches[0] if fitted[0] == "maximum" else drawn.switches[0]  # the datum is exact
+                truth = replace(drawn, switches=(boom, *drawn.switches[1:]), fitted=truth.fitted)
+            run_virtual(_home(truth, legal_start(rng, truth), config))
 
 
 def test_machine_of_the_default_configuration_is_that_of_the_manual() -> None:

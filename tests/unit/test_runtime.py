@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress
 from maya_un import runtime
 from maya_un.errors import AlreadyRunning, FileUnwritable
 from maya_un.runtime import Running
@@ -16,8 +17,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "maya"
 
 
-@pytest.mark.parametrize("controller", [None, ("10.0.0.1", 23)])
-def test_published_entry_is_found_and_removed_with_its_owner(place: Path, controller: tuple[str, int] | None) -> None:
+@pytest.mark.parametrize("controller", [None, NetworkAddress("10.0.0.1", 23), SerialAddress("/dev/ttyUSB0", 19200)])
+def test_published_entry_is_found_and_removed_with_its_owner(place: Path, controller: ControllerAddress | None) -> None:
     running = Running("http://127.0.0.1:4133", os.getpid(), controller)
     with runtime.claimed():
         runtime.publish(running)

@@ -9,14 +9,18 @@ from typing import Annotated, Any, NamedTuple
 import typer
 from typer.core import TyperCommand
 
-from dmc41x3.address import SIM
+from dmc41x3.address import PORT, SIM
 from dmc41x3.cli import parsing
 from dmc41x3.cli.console import ALONE, OutputSettings, Site, settings_of
+
+_COMMAND = "{dmc}"
+"""Stands in an example for the words before the name of a tool; the site of the group supplies it."""
 
 _REAL = "{real}"
 """Stands in a help text for what `real` means; the site of the group supplies it."""
 
-_HOST = f"sim (a new twin that ends with the command), real ({_REAL}), or HOST[:PORT]"
+_PLACE = "HOST[:PORT] or a serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200)"
+_HOST = f"sim (a new twin that ends with the command), real ({_REAL}), {_PLACE}"
 Host = Annotated[str, typer.Argument(metavar="HOST", help=_HOST)]
 OwnOrHost = Annotated[str, typer.Argument(metavar="[HOST]", help=_HOST)]
 Rate = Annotated[float, typer.Option(metavar="RATE", help="samples a second")]
@@ -32,6 +36,13 @@ MemoryFile = Annotated[
     str | None, typer.Option(metavar="FILE", help="file that stores the burned memory (BN, BP, BV) between runs")
 ]
 Firmware = Annotated[str | None, typer.Option(metavar="LINE", help="text that the controller answers to ^R^V")]
+Serial = Annotated[
+    bool, typer.Option("--serial", help="offer a serial port too: a pseudo terminal, whose path is printed")
+]
+Bootp = Annotated[
+    str | None,
+    typer.Option(metavar="HOST[:PORT]", help="ask this BOOTP server for an address, as a controller without one does"),
+]
 Tolerance = Annotated[float, typer.Option(metavar="COUNTS", help="allowed difference of positions in counts")]
 
 Command = Callable[..., int]
@@ -47,12 +58,14 @@ class OwnCommands(NamedTuple):
 
 def send(
     context: typer.Context,
-    host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help=f"address of the controller, or real ({_REAL})")],
+    host: Annotated[str, typer.Argument(metavar="HOST", help=f"real ({_REAL}), {_PLACE}")],
     commands: Annotated[list[str], typer.Argument(metavar="CMD...", help='one argument each: TP, "SH A", "SH;TP"')],
 ) -> int:
     """Send commands to a controller and print its replies.
 
     It stops at the first command that the controller refuses.
+
+    Example: {dmc} send 192.168.1.156 "SH A" TP
     """
     from dmc41x3.cli import connection as command
 
@@ -64,6 +77,8 @@ def terminal(context: typer.Context, host: OwnOrHost = SIM) -> int:
 
     Tab completes a command, F1 shows help, F12 stops the axes. Without a screen it reads commands from standard input
     and prints the answers.
+
+    Example: {dmc} terminal 192.168.1.156
     """
     from dmc41x3.cli.terminal import start
 
@@ -83,6 +98,8 @@ def watch(
     """Show live values until Ctrl-C.
 
     Without EXPR it shows the positions and states of the axes. With --json it prints one line for each sample.
+
+    Example: {dmc} watch sim _TPA "@IN[1]" --rate 10
     """
     from dmc41x3.cli import scope as command
 
@@ -106,6 +123,8 @@ def scope(
     """Record values over time.
 
     It writes them to a table (--csv), a picture (--png), or the screen. Ctrl-C ends it early.
+
+    Example: {dmc} scope 192.168.1.156 --channels _TPA,_TEA --for 3 --png scope.png
     """
     from dmc41x3.cli import scope as command
 
@@ -120,7 +139,10 @@ def upload(
         str | None, typer.Argument(metavar="[FILE]", help="file to write; without it, the command prints the program")
     ] = None,
 ) -> int:
-    """Save the program of a controller to a file, or print it."""
+    """Save the program of a controller to a file, or print it.
+
+    Example: {dmc} upload 192.168.1.156 program.dmc
+    """
     from dmc41x3.cli import program as command
 
     return command.upload(host, file, settings_of(context))
@@ -138,6 +160,8 @@ def capture(
     """Record the traffic between a Galil client and a controller.
 
     The command is a proxy: the client connects to it at --listen, and it connects to the controller. Ctrl-C ends it.
+
+    Example: {dmc} capture 192.168.1.156 --listen 5023 --out capture.json
     """
     from dmc41x3.cli import recording as command
 
@@ -163,10 +187,85 @@ def conform(
 
     Caution: --bench erases the program, variables, arrays and settings of the controller, also in its burned memory.
     Use it only if no machine is connected. It then checks all commands and outputs.
+
+    Example: {dmc} conform 192.168.1.156
     """
     from dmc41x3.cli import conform as command
 
     return command.conform(host, moves, bench, settings_of(context))
+
+
+def find(
+    context: typer.Context,
+    networks: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NETWORK]...", help="networks like 192.168.1.0/24  [default: those of this computer]"),
+    ] = None,
+    port: Annotated[int, typer.Option(metavar="PORT", min=1, max=65535, help="port of the controllers")] = PORT,
+    serial: Annotated[bool, typer.Option("--serial", help="ask at the serial ports too, at 115200 baud")] = False,
+) -> int:
+    """Find the controllers in the network, and list serial ports.
+
+    The command connects to each host and asks for its firmware line (^R^V). It sends nothing else. Of a network that
+    is larger than a /22 it asks only the /24 of this computer.
+
+    Example: {dmc} find 192.168.1.0/24
+    """
+    from dmc41x3.cli import network as command
+
+    return command.find(networks or [], port, serial, settings_of(context))
+
+
+def assign(
+    context: typer.Context,
+    mac: Annotated[
+        str | None, typer.Argument(metavar="[MAC]", help="hardware address, printed on the controller: 00:50:4C:..")
+    ] = None,
+    address: Annotated[
+        str | None, typer.Argument(metavar="[ADDRESS[:PORT]]", help="address that the controller gets")
+    ] = None,
+    mask: Annotated[str | None, typer.Option(metavar="MASK", help="subnet mask, like 255.255.255.0")] = None,
+    burn: Annotated[bool, typer.Option("--burn", help="burn the address (DH 0, BN): it then needs no server")] = False,
+    seconds: Annotated[float, typer.Option("--for", metavar="SECONDS", min=0.1, help="longest wait in s")] = 60.0,
+    port: Annotated[int, typer.Option(metavar="PORT", min=1, max=65535, help="port of the server")] = 67,
+) -> int:
+    """Give an address to a controller that has none, by BOOTP or DHCP.
+
+    Without MAC and ADDRESS it lists the Galil controllers that ask for an address, and lets you choose. It answers only
+    the controller that is named. Port 67 needs root: run it with sudo. If another DHCP server gives addresses in this
+    network, use that one.
+
+    Example: sudo {dmc} assign 00:50:4C:08:01:1F 192.168.1.20 --mask 255.255.255.0 --burn
+    """
+    from dmc41x3.cli import assign as command
+
+    options = command.AssignOptions(mask, port, seconds, burn)
+    return command.assign(mac, address, options, settings_of(context))
+
+
+def ip(
+    context: typer.Context,
+    host: Annotated[str, typer.Argument(metavar="HOST", help=f"real ({_REAL}), {_PLACE}")],
+    address: Annotated[
+        str | None, typer.Option("--set", metavar="ADDRESS", help="new address; DHCP goes off (DH 0, IA)")
+    ] = None,
+    mask: Annotated[str | None, typer.Option(metavar="MASK", help="new subnet mask (SM)")] = None,
+    dhcp: Annotated[bool | None, typer.Option(help="whether the address comes from a DHCP server (DH)")] = None,
+    burn: Annotated[
+        bool, typer.Option("--burn", help="burn all present settings (BN), so that they hold after power-up")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="change without asking")] = False,
+) -> int:
+    """Show or change the network settings of a controller.
+
+    After a change of the address the command connects to the new one, and burns only if the controller answers there.
+    A controller of this kind has no setting for a gateway.
+
+    Example: {dmc} ip 192.168.1.20 --set 192.168.1.30 --burn
+    """
+    from dmc41x3.cli import network as command
+
+    return command.ip(host, command.IpChange(address, mask, dhcp, burn, yes), settings_of(context))
 
 
 def add_to(group: typer.Typer, own: OwnCommands, site: Site, how: dict[str, Any], of_groups: dict[str, Any]) -> None:
@@ -175,14 +274,14 @@ def add_to(group: typer.Typer, own: OwnCommands, site: Site, how: dict[str, Any]
     `how` holds the options of all commands, `of_groups` those of all groups.
     """
     command_class = _command_class(site)
-    tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform)
+    tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform, find, assign, ip)
     for command in (*own.twin, *tools):
         group.command(cls=command_class, **how)(command)
-    group.add_typer(_gclib_group(how, of_groups), name="gclib")
+    group.add_typer(_gclib_group(how | {"cls": command_class}, of_groups), name="gclib")
 
 
 def _command_class(site: Site) -> type[TyperCommand]:
-    """Return a class of commands; their help explains `real` for `site`."""
+    """Return a class of commands; their help explains `real` for `site`, and their examples begin with its words."""
 
     class SiteCommand(TyperCommand):
         def __init__(self, *arguments: Any, **options: Any) -> None:
@@ -191,6 +290,7 @@ def _command_class(site: Site) -> type[TyperCommand]:
             for parameter in parameters:
                 if parameter.help:
                     parameter.help = parameter.help.replace(_REAL, site.real)
+            self.help = (self.help or "").replace(_COMMAND, site.command)
 
     return SiteCommand
 
@@ -211,21 +311,30 @@ def gclib_install(
     context: typer.Context,
     force: Annotated[bool, typer.Option("--force", help="replace another module of that name")] = False,
 ) -> int:
-    """Install a module gclib into this Python environment."""
+    """Install a module gclib into this Python environment.
+
+    Example: {dmc} gclib install
+    """
     from dmc41x3.cli import gclib as command
 
     return command.install(settings_of(context), force=force)
 
 
 def gclib_uninstall(context: typer.Context) -> int:
-    """Remove the module gclib again."""
+    """Remove the module gclib again.
+
+    Example: {dmc} gclib uninstall
+    """
     from dmc41x3.cli import gclib as command
 
     return command.uninstall(settings_of(context))
 
 
 def gclib_status(context: typer.Context) -> int:
-    """Show the module that `import gclib` finds here."""
+    """Show the module that `import gclib` finds here.
+
+    Example: {dmc} gclib status
+    """
     from dmc41x3.cli import gclib as command
 
     return command.status(settings_of(context))
@@ -238,6 +347,8 @@ def gclib_run(
     """Run a script that imports gclib, without installing anything.
 
     If the script has its own option --json, --lang or --config, write `run -- SCRIPT ...`.
+
+    Example: {dmc} gclib run my_script.py
     """
     from dmc41x3.cli import gclib as command
 
@@ -282,6 +393,8 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     axes: Annotated[int, typer.Option(metavar="N", min=1, max=8, help="number of servo motors")] = 3,
     memory: MemoryFile = None,
     firmware: Firmware = None,
+    serial: Serial = False,
+    bootp: Bootp = None,
     speed: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="factor of the twin's clock against real time, up to 1000")
     ] = None,
@@ -289,10 +402,12 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     """Serve a virtual DMC-41x3 on TCP and UDP.
 
     It simulates free servo motors. It prints its address when it listens; Ctrl-C ends it.
+
+    Example: {dmc} serve --axes 4 --serial
     """
     from dmc41x3.cli import serve as command
 
-    options = command.BenchOptions(host, port, also_port, udp, axes, memory, firmware, speed)
+    options = command.BenchOptions(host, port, also_port, udp, axes, memory, firmware, speed, serial, bootp)
     return command.serve(options, settings_of(context))
 
 
@@ -302,6 +417,8 @@ def download(context: typer.Context, host: Host, file: File, run: Label = None) 
     The command reads the program back to verify it. It does not send REM lines, replaces tabs by blanks, and shortens
     a comment that makes a line too long, as Galil's tools do. If the controller refuses a line, the command restores
     the old program.
+
+    Example: {dmc} download 192.168.1.156 program.dmc --run AUTO
     """
     from dmc41x3.cli import program as command
 
@@ -317,6 +434,8 @@ def replay(
     """Replay a capture, and show the answers that differ.
 
     The command sends only what the client sent.
+
+    Example: {dmc} replay capture.json
     """
     from dmc41x3.cli import recording as command
 

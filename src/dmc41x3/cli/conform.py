@@ -9,14 +9,15 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 
+from dmc41x3.address import SerialAddress
 from dmc41x3.cli import console
-from dmc41x3.cli.console import OutputSettings, Site, host_and_port
+from dmc41x3.cli.console import OutputSettings, Site, controller_address
 from dmc41x3.conformance import Demand, Vector, VectorDifference, load, run
 from dmc41x3.conformance.runner import freshen, restart
 from dmc41x3.conformance.vectors import sources
 from dmc41x3.driver import Driver
-from dmc41x3.errors import ConnectFailed, LinkTimeout, MachineError, WrongController
-from dmc41x3.i18n import marked, translate
+from dmc41x3.errors import ConnectFailed, InvalidValue, LinkTimeout, MachineError, WrongController
+from dmc41x3.i18n import marked, phrase, translate
 from dmc41x3.wire.transport import TcpTransport
 
 PATIENCE = 1.0
@@ -104,9 +105,13 @@ def conform(address: str, moves: bool, bench: bool, settings: OutputSettings) ->
     """Check a controller against the table and print the differences; return 0 if there are none, else 1.
 
     Motors stay as they are unless `moves`; `bench` allows every test. Raises `ConnectFailed`,
-    `LinkTimeout`, `WrongController`, `ControllerOwned`.
+    `LinkTimeout`, `WrongController`, `ControllerOwned`, and `InvalidValue` for a serial port.
     """
-    host, port = host_and_port(settings.site.meant(address, settings.config), "HOST")
+    place = controller_address(settings.site.meant(address, settings.config), "HOST")
+    if isinstance(place, SerialAddress):
+        reason = phrase("the check needs several connections at once, so it needs a network address")
+        raise InvalidValue(key="HOST", value=str(place), reason=reason)
+    host, port = place
     allowed = set(Demand) if bench else {Demand.MOVES} if moves else set[Demand]()
     outcome = held(host, port, allowed, settings.site)
     console.answer(_report(outcome), "\n".join(_lines(outcome, settings.language)), settings)

@@ -9,16 +9,16 @@ from contextlib import asynccontextmanager
 from dataclasses import asdict
 from typing import TypeVar
 
-from dmc41x3.address import SIM, split
+from dmc41x3.address import SIM, ControllerAddress, parse
 from dmc41x3.cli import console
-from dmc41x3.cli.console import OutputSettings, Site, host_and_port
+from dmc41x3.cli.console import OutputSettings, Site, controller_address
 from dmc41x3.cli.signals import on_end
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import AxisRecord, DataRecord
 from dmc41x3.wire.framing import LineSplitter
-from dmc41x3.wire.transport import TcpTransport, Transport
+from dmc41x3.wire.transport import Transport, connect
 
 TIMEOUT = 5.0
 """Longest wait for a reply of a controller [s]."""
@@ -31,15 +31,17 @@ def send(address: str, commands: Sequence[str], settings: OutputSettings) -> int
 
     Raises `ConnectFailed`, `LinkTimeout`, and `CommandRejected` with the controller's own code.
     """
-    host, port = host_and_port(settings.site.meant(address, settings.config), "HOST")
-    replies = asyncio.run(_converse(host, port, commands, settings))
+    place = controller_address(settings.site.meant(address, settings.config), "HOST")
+    replies = asyncio.run(_converse(place, commands, settings))
     if settings.json:
-        console.emit({"address": f"{host}:{port}", "replies": replies})
+        console.emit({"address": str(place), "replies": replies})
     return console.DONE
 
 
-async def _converse(host: str, port: int, commands: Sequence[str], settings: OutputSettings) -> list[dict[str, object]]:
-    driver = await Driver.open(await TcpTransport.connect(host, port, TIMEOUT), timeout=TIMEOUT)
+async def _converse(
+    place: ControllerAddress, commands: Sequence[str], settings: OutputSettings
+) -> list[dict[str, object]]:
+    driver = await Driver.open(await connect(place, TIMEOUT), timeout=TIMEOUT)
     replies: list[dict[str, object]] = []
     try:
         for command in _single(commands):
@@ -95,10 +97,10 @@ Dial = Callable[[], Awaitable[Transport]]
 
 
 def meant(address: str, settings: OutputSettings) -> str:
-    """Return the address that an argument means: `sim`, HOST or HOST:PORT; raises `InvalidValue`."""
+    """Return the address that an argument means: `sim`, HOST, HOST:PORT or a serial port; raises `InvalidValue`."""
     place = settings.site.meant(address, settings.config)
     if address != SIM:
-        host_and_port(place, words=phrase("sim or real"))
+        controller_address(place, words=phrase("sim or real"))
     return place
 
 
@@ -106,8 +108,7 @@ def meant(address: str, settings: OutputSettings) -> str:
 async def reached(address: str, site: Site) -> AsyncIterator[Dial]:
     """Yield a function that connects to the controller at `address`; for `sim` the twin exists during the block."""
     if address != SIM:
-        host, port = split(address)
-        yield lambda: TcpTransport.connect(host, port, TIMEOUT)
+        yield lambda: connect(parse(address), TIMEOUT)
         return
     twin = site.twin()
 

@@ -17,7 +17,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
-from dmc41x3.address import REAL, split
+from dmc41x3.address import REAL, ControllerAddress, parse
 from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
 from dmc41x3.i18n import LANGUAGES, phrase
 
@@ -43,13 +43,13 @@ def clock_factor(speed: float | None) -> float:
     return speed
 
 
-def host_and_port(text: str, key: str = "--address", words: str = REAL) -> tuple[str, int]:
-    """Return host and port of HOST or HOST:PORT; the default port is Galil's.
+def controller_address(text: str, key: str = "--address", words: str = REAL) -> ControllerAddress:
+    """Return the place that HOST, HOST:PORT or a serial port names.
 
     Raises `InvalidValue`, whose text also names the other accepted `words`.
     """
     try:
-        return split(text)
+        return parse(text)
     except ValueError as error:
         raise InvalidValue(
             key=key, value=repr(text), reason=phrase("where it is not {words}, {error}", words=words, error=error)

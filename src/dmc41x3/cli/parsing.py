@@ -6,7 +6,7 @@ from copy import copy
 from functools import cache
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command_name, get_group
 from typer.models import CommandInfo, TyperInfo
 
@@ -14,6 +14,9 @@ from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import InvalidCommandLine
 from dmc41x3.i18n import PHRASE, marked, phrase
+
+EXAMPLE = "Example: "
+"""Begins the last paragraph of the docstring of every command."""
 
 
 def parser(app: typer.Typer, name: str) -> TyperGroup:
@@ -31,7 +34,20 @@ def _built(app: typer.Typer, name: str | None) -> TyperGroup:
         whole, app = app, copy(app)
         app.registered_commands = [info for info in whole.registered_commands if _name(info) == name]
         app.registered_groups = [info for info in whole.registered_groups if _name(info) == name]
-    return get_group(app)
+    group = get_group(app)
+    _end_with_examples(group)
+    return group
+
+
+def _end_with_examples(command: TyperCommand | TyperGroup) -> None:
+    """Move the example at the end of the help of each command behind its options, where people look for it."""
+    for inner in command.commands.values() if isinstance(command, TyperGroup) else ():
+        assert isinstance(inner, TyperCommand | TyperGroup)
+        _end_with_examples(inner)
+    text, found, example = (command.help or "").rpartition(EXAMPLE)
+    if found:
+        command.help = text.rstrip()
+        command.epilog = "\n\n".join(filter(None, (command.epilog, EXAMPLE + example)))
 
 
 def _name(info: CommandInfo | TyperInfo) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from dmc41x3.address import split
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings, clock_factor
 from dmc41x3.cli.signals import asked_to_end
@@ -16,6 +17,7 @@ from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.wire.server import bench
+from dmc41x3.wire.bootp import SERVER_PORT
 
 
 class BenchOptions(NamedTuple):
@@ -29,6 +31,8 @@ class BenchOptions(NamedTuple):
     memory: str | None = None
     firmware: str | None = None
     speed: float | None = None
+    serial: bool = False
+    bootp: str | None = None
 
 
 def serve(options: BenchOptions, settings: OutputSettings) -> int:
@@ -61,6 +65,15 @@ def require_line(firmware: str | None) -> None:
         raise InvalidValue(key="--firmware", value=firmware, reason="it must be a line in ASCII")
 
 
+def bootp_server(text: str) -> tuple[str, int]:
+    """Return host and port of a BOOTP or DHCP server; raises `InvalidValue`."""
+    try:
+        host, port = split(text)
+    except ValueError as error:
+        raise InvalidValue(key="--bootp", value=text, reason=str(error)) from error
+    return host, port if ":" in text else SERVER_PORT
+
+
 async def _serve(options: BenchOptions, memory: Memory, settings: OutputSettings) -> None:
     controller = bench(options.axes, memory, options.firmware)
     try:
@@ -69,8 +82,11 @@ async def _serve(options: BenchOptions, memory: Memory, settings: OutputSettings
             await controller.serve(options.host, also, udp=options.udp)
         address = f"{host}:{port}"
         also = [f"{host}:{also}" for also in options.also_ports]
-        value = {"address": address, "also": also, "udp": options.udp, "pid": os.getpid()}
-        console.answer(value, address, settings)
+        serial = controller.serve_serial() if options.serial else None
+        if options.bootp is not None:
+            controller.ask_for_address(bootp_server(options.bootp))
+        value = {"address": address, "also": also, "udp": options.udp, "serial": serial, "pid": os.getpid()}
+        console.answer(value, "\n".join(filter(None, (address, serial))), settings)
         await asked_to_end()
     finally:
         await controller.close()

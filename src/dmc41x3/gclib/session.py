@@ -1,19 +1,22 @@
 """One gclib connection: the address string of GOpen, its sockets, requests and their replies.
 
-The sockets block, and there is no thread: TCP carries commands, UDP carries unsolicited data.
+The sockets block, and there is no thread: TCP carries commands, UDP carries unsolicited data. A serial port
+carries both.
 
 Switches of the address string:
 
 | switch | meaning |
 |---|---|
 | `HOST`, `HOST:PORT`, `-a`, `--address` | the controller; `:PORT` is an extension, gclib has `--p1` |
+| `/dev/ttyUSB0`, `COM1` | a serial port; `COMn` is the port in $DMC_COMn, else /dev/ttyS(n-1) |
 | `-d`, `--direct` | without Galil's server gcaps; always the case here |
 | `-s`, `--subscribe` `NONE`, `MG`, `DR`, `EI`, `ALL` | messages, data records, interrupts; may be given several times |
 | `-t`, `--timeout` MS | longest wait for an answer, 5000 |
 | `--p1`, `--p2` PORT | for commands (23), and for unsolicited data (60007; if `--p1` is not 23, the same as `--p1`) |
 | `-c`, `--command` `TCP` | transport of commands |
 | `-u`, `--unsolicited` `UDP`, `TCP`, `NONE` | transport of unsolicited data |
-| `-b`, `--baud`, `--handshake` | for serial ports; accepted and ignored |
+| `-b`, `--baud` BAUD | speed of a serial port, 115200 |
+| `--handshake` | accepted and ignored: a serial port always has RTS and CTS |
 """
 
 from __future__ import annotations
@@ -28,24 +31,29 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
+from dmc41x3.address import BAUD, BAUDS, PORT, ControllerAddress, NetworkAddress, SerialAddress, device
 from dmc41x3.errors import CodedError, ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from dmc41x3.gclib.errors import Code, GclibError, translated
 from dmc41x3.i18n import phrase
 from dmc41x3.language.numbers import parse_number
 from dmc41x3.wire.framing import Message, RecordReply, Reply, ReplyKind, ReplySplitter, Stray
+from dmc41x3.wire.serial_port import BlockingPort, Greeting
 
-PORT = 23
 SECOND_PORT = 60007
 TIMEOUT = 5000
 """Default of the longest wait for an answer [ms]."""
 
 SUBSCRIPTIONS = ("MG", "DR", "EI")
+_COM = re.compile("COM[0-9]{1,3}")
 _WAYS = ("UDP", "TCP", "NONE")
 
 
 @dataclass(frozen=True, slots=True)
 class AddressOptions:
-    """The content of an address string. `timeout` is in ms, `second_port` is None if it is not given."""
+    """The content of an address string. `timeout` is in ms, `second_port` is None if it is not given.
+
+    For a serial port, `host` is its path.
+    """
 
     host: str = ""
     port: int = PORT
@@ -53,6 +61,13 @@ class AddressOptions:
     subscriptions: frozenset[str] = frozenset()
     unsolicited: str = "UDP"
     timeout: int = TIMEOUT
+    serial: bool = False
+    baud: int = BAUD
+
+    @property
+    def place(self) -> ControllerAddress:
+        """The address of the controller; `host` is the path of a serial port."""
+        return SerialAddress(self.host, self.baud) if self.serial else NetworkAddress(self.host, self.port)
 
     @property
     def unsolicited_port(self) -> int:
@@ -97,8 +112,10 @@ def _take(options: AddressOptions, word: str, words: Iterator[str]) -> AddressOp
 def _addressed(options: AddressOptions, word: str) -> AddressOptions:
     if options.host:
         raise _bad(f"{options.host} and {word} are two controllers")
-    if word.upper().startswith(("COM", "GALILPCI", "/DEV/")):
-        raise _bad(f"{word} is no network address")
+    if word.startswith("/") or _COM.fullmatch(word.upper()):
+        return replace(options, host=device(word.upper() if word[0] != "/" else word), serial=True)
+    if word.upper().startswith("GALILPCI"):
+        raise _bad(f"{word} is no network address and no serial port")
     host, colon, port = word.rpartition(":")
     return replace(options, host=host, port=_number(port, 65535)) if colon else replace(options, host=word)
 
@@ -123,6 +140,12 @@ def _command(options: AddressOptions, value: str) -> AddressOptions:
     return options
 
 
+def _baud(options: AddressOptions, value: str) -> AddressOptions:
+    if value not in map(str, BAUDS):
+        raise _bad(f"no port has the speed {value}")
+    return replace(options, baud=int(value))
+
+
 def _number(text: str, most: int) -> int:
     if not text.isdecimal() or int(text) > most:
         raise _bad(f"{text!r} is no number up to {most}")
@@ -135,7 +158,7 @@ def _bad(detail: str) -> GclibError:
 
 _LONG: dict[str, _Taker] = {
     "--address": _addressed,
-    "--baud": lambda options, _: options,
+    "--baud": _baud,
     "--command": _command,
     "--handshake": lambda options, _: options,
     "--p1": lambda options, value: replace(options, port=_number(value, 65535)),
@@ -162,16 +185,33 @@ class Commands:
     """The command socket. `timeout` [s] applies to each wait for bytes; `said` stores messages of programs."""
 
     def __init__(self, options: AddressOptions) -> None:
-        self._address = f"{options.host}:{options.port}"
+        self._address = str(options.place)
         self._splitter = ReplySplitter()
         self.timeout = options.timeout / 1000.0
         self.said: list[str] = []
         self._heard = False
+        self._socket = self._opened(options.place)
+
+    def _opened(self, place: ControllerAddress) -> socket.socket | BlockingPort:
+        if isinstance(place, SerialAddress):
+            return self._greeted(place)
         try:
-            self._socket = socket.create_connection((options.host, options.port), max(self.timeout, _HELLO))
+            found = socket.create_connection(place, max(self.timeout, _HELLO))
         except (OSError, UnicodeError) as error:
             raise ConnectFailed(address=self._address, reason=str(error)) from error
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return found
+
+    def _greeted(self, place: SerialAddress) -> BlockingPort:
+        port, greeting = BlockingPort(place, max(self.timeout, _HELLO)), Greeting()
+        try:
+            port.sendall(greeting.data)
+            while not greeting.feed(port.recv(_LARGEST)):
+                continue
+        except OSError as error:
+            port.close()
+            raise ConnectFailed(address=self._address, reason=str(error) or "no answer") from error
+        return port
 
     def ask(self, data: bytes, kind: ReplyKind = ReplyKind.TEXT) -> Reply | RecordReply:
         """Send one request and return its answer; raises `LinkTimeout`, `LinkLost`, `UnexpectedReply`."""
@@ -391,7 +431,7 @@ class GclibSession:
         """Prepare the connection: no echo; for messages, bit 7 and their destination."""
         options = self.options
         self.text("EO 0")
-        if options.subscriptions and options.unsolicited == "UDP":
+        if options.subscriptions and options.unsolicited == "UDP" and not options.serial:
             try:
                 self.second = Unsolicited(options.host, options.unsolicited_port)
             except OSError:

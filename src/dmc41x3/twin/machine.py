@@ -5,7 +5,8 @@ The machine never waits and never reads a clock. It accepts any bytes and never 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from functools import partial
 from math import inf
 
@@ -27,6 +28,9 @@ PORT = 23
 SERIAL = 41330
 ADDRESS = (10, 51, 0, 87)
 HARDWARE_ADDRESS = "00-50-4C-08-01-1F"
+_ECHOED = re.compile(rb"[^\r;]*[\r;]|[^\r;]+")
+"""The pieces of received bytes that a serial port echoes before it executes them."""
+
 HORIZON = 1.0
 """How far ahead the machine predicts events of axes that a program watches [s]."""
 
@@ -88,6 +92,12 @@ class VirtualDmc:
             self._contexts[handle] = CallerContext(self._unit, OperandScope(self._unit, handle), handle)
         return handle
 
+    def plug(self) -> Handle:
+        """Connect a cable to the main serial port; the commands of this handle are echoed with EO 1."""
+        handle = self._unit.handles.plug()
+        self._contexts[handle] = CallerContext(self._unit, OperandScope(self._unit, handle), handle)
+        return handle
+
     def disconnect(self, handle: Handle) -> None:
         """Free the handle of an ended connection; motion continues. Idempotent."""
         self._unit.handles.close(handle)
@@ -103,13 +113,23 @@ class VirtualDmc:
             _take_answer(handle, data)
             return b""
         replies: list[bytes] = []
+        if handle.kind is HandleProtocol.SERIAL:
+            for piece in _ECHOED.findall(data):  # an echo stops within the data of the EO 0
+                if self._unit.echo:
+                    replies.append(piece.replace(b"\r", b"\r\n"))
+                replies.extend(self._replies(handle, piece))
+        else:
+            replies.extend(self._replies(handle, data))
+        self._look()
+        return b"".join(replies)
+
+    def _replies(self, handle: Handle, data: bytes) -> Iterator[bytes]:
+        """Execute the commands that `data` completes and yield the reply of each."""
         for text in handle.splitter.split(data):
             context = self._contexts.get(handle)
             if context is None or not handle.open:
                 continue  # the splitter must be exhausted
-            replies.append(self._take_in(handle, text) if handle.download else self._reply(context, text))
-        self._look()
-        return b"".join(replies)
+            yield self._take_in(handle, text) if handle.download else self._reply(context, text)
 
     def advance(self, now: float) -> None:
         """Advance the controller and its plant to time `now` [s].

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import IntEnum
+from ipaddress import IPv4Address
 from math import inf
 from typing import Protocol, TypeAlias
 
@@ -12,6 +13,12 @@ from dmc41x3.language.hardware import LETTERS
 from dmc41x3.wire.framing import LineSplitter
 
 COUNT = 8
+
+SERIAL = "ST"
+"""Ports of CF that are not handles: the main serial port and the auxiliary one, to which nothing is connected."""
+
+NO_HANDLE = -1
+"""Place of the serial port in `_WH` and `_IA3`."""
 
 DEFAULT_PORT = 1000
 """Port if IH names none: handle A uses this one, B the next."""
@@ -24,8 +31,12 @@ FIRST_FREE_PORT = 1000
 
 
 class HandleProtocol(IntEnum):
-    """Protocol of a handle; the value is that of `_IHx2` for a handle that the other side opened."""
+    """Protocol of a handle; the value is that of `_IHx2` for a handle that the other side opened.
 
+    The serial port is no handle of Ethernet: it occupies none of the eight, and no command closes it.
+    """
+
+    SERIAL = 0
     UDP = 1
     TCP = 2
 
@@ -81,8 +92,8 @@ class Handle:
 
     @property
     def letter(self) -> str:
-        """Letter of the handle."""
-        return LETTERS[self.index]
+        """Letter of the handle, S for the serial port."""
+        return SERIAL[0] if self.kind is HandleProtocol.SERIAL else LETTERS[self.index]
 
     @property
     def state(self) -> int:
@@ -93,13 +104,17 @@ class Handle:
 
 
 class Handles:
-    """The connections. `blocking` is IK: whether connections to ports below 1000 are refused."""
+    """The connections. `blocking` is IK: whether connections to ports below 1000 are refused.
+
+    `serial` is the main serial port while a cable is connected to it; it is not one of the handles.
+    """
 
     def __init__(self) -> None:
         self._places: list[Handle | None] = [None] * COUNT
         self._dialing: list[Handle] = []
         self.last_lost = -1
         self.blocking = True
+        self.serial: Handle | None = None
         self.on_close: Callable[[Handle], None] | None = None
 
     def __iter__(self) -> Iterator[Handle | None]:
@@ -122,6 +137,11 @@ class Handles:
                 self._places[index] = handle
                 return handle
         return None
+
+    def plug(self) -> Handle:
+        """Connect a cable to the main serial port, in place of another one."""
+        self.serial = Handle(NO_HANDLE, ("", 0), HandleProtocol.SERIAL, 0)
+        return self.serial
 
     def dial(self, letter: str, peer: tuple[str, int], kind: HandleProtocol) -> Handle:
         """Take a free handle for a connection of this controller; `take_dialing` returns it to be opened."""
@@ -152,7 +172,10 @@ class Handles:
 
     def close(self, handle: Handle) -> None:
         """Free a handle; idempotent."""
-        if handle.open:
+        if handle.kind is HandleProtocol.SERIAL:
+            handle.open = False
+            self.serial = None if self.serial is handle else self.serial
+        elif handle.open:
             handle.open = False
             self._places[handle.index] = None
             self.last_lost = handle.index
@@ -171,9 +194,6 @@ class Handles:
         """Return the state of every handle for the data record."""
         return tuple(0 if place is None else place.state for place in self._places)
 
-
-SERIAL = "ST"
-"""Ports of CF that are not handles: the main serial port and the auxiliary one. Nothing is connected to them."""
 
 _REMEMBERED = 8
 
@@ -221,9 +241,9 @@ class OutputBuffer:
     def say(self, data: bytes, port: str = "") -> bool:
         """Send a message to a port, by default that of CF; return whether the port is open."""
         port = port or self.port
-        if port in SERIAL:
+        if port in SERIAL and (port != SERIAL[0] or self._handles.serial is None):
             return True
-        handle = self._handles.at(port) if port in LETTERS else None
+        handle = self._handles.serial if port in SERIAL else self._handles.at(port) if port in LETTERS else None
         if handle is None:
             return False
         self.put(handle, bytes(byte | 0x80 for byte in data) if self.mark == 1 else data)
@@ -252,9 +272,15 @@ class Network:
     mask: Quad = (0, 0, 0, 0)
 
 
-def number(quad: Quad) -> int:
+def number(address: Quad) -> int:
     """Return four bytes as the signed number that operands return."""
-    return int.from_bytes(bytes(quad), "big", signed=True)
+    return int.from_bytes(bytes(address), "big", signed=True)
+
+
+def quad(address: IPv4Address) -> Quad:
+    """Return the four bytes of an address."""
+    a, b, c, d = address.packed
+    return a, b, c, d
 
 
 class RecordEmitter:

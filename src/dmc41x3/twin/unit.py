@@ -1,6 +1,6 @@
 """The state of a DMC-41x3 besides its motion: variables, outputs, formats, handles, peripherals.
 
-Settings of devices that this unit does not have (serial ports, Modbus) are stored and reported like all others.
+Settings of devices that this unit does not have (a second serial port, Modbus) are stored and reported like all others.
 """
 
 from __future__ import annotations

@@ -1,15 +1,16 @@
-"""Stop the axes by a separate plain socket, when the service that owns the robot does not answer.
+"""Stop the axes by a separate plain connection, when the service that owns the robot does not answer.
 
-The module blocks, uses no event loop, and is quick to import, because the time until the axes brake is essential. It
-uses one free handle of the controller and frees it.
+The module blocks, uses no event loop, and is quick to import, because the time until the axes brake is essential. By
+TCP it uses one free handle of the controller and frees it. A serial port is used even if another program has locked it.
 """
 
 from __future__ import annotations
 
 import socket
 import struct
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
+from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress
 from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, UnexpectedReply
 from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
@@ -30,52 +31,125 @@ class StopOutcome(NamedTuple):
         """Letters of all axes that began to brake, in order; empty if nothing moved."""
         return "".join(sorted(self.coordinated + self.independent))
 
+    def joined(self, other: StopOutcome) -> StopOutcome:
+        """Return the axes of either outcome."""
+        pairs = zip(self, other, strict=True)
+        return StopOutcome(*("".join(sorted({*one, *another})) for one, another in pairs))
 
-def stop(host: str, port: int, timeout: float) -> StopOutcome:
+
+def stop(address: ControllerAddress, timeout: float) -> StopOutcome:
     """Stop the coordinated sequence on its path (`ST S`), then each axis that moves outside of it.
 
-    A bare ST would also end the programs in the controller. `timeout` [s] applies to each wait. Raises
-    `ConnectFailed`, `LinkTimeout`, `LinkLost`, `UnexpectedReply`.
+    A bare ST would also end the programs in the controller. `timeout` [s] applies to each wait, on a serial port to
+    all of its attempts. Raises `ConnectFailed`, `LinkTimeout`, `LinkLost`, `UnexpectedReply`.
     """
-    address = f"{host}:{port}"
+    if isinstance(address, SerialAddress):
+        return _stop_by_serial(address, timeout)
+    return _stop_by_tcp(address, timeout)
+
+
+class _Channel(Protocol):
+    """A connection: a socket, or a serial port. Both methods raise `OSError`."""
+
+    def sendall(self, data: bytes, /) -> None:
+        """Send bytes."""
+        ...
+
+    def recv(self, count: int, /) -> bytes:
+        """Return at most so many bytes, b"" at the end."""
+        ...
+
+
+def _stop_by_tcp(address: NetworkAddress, timeout: float) -> StopOutcome:
     try:
-        connection = socket.create_connection((host, port), timeout)
+        connection = socket.create_connection(address, timeout)
     except (OSError, UnicodeError, OverflowError) as error:
-        raise ConnectFailed(address=address, reason=str(error)) from error
+        raise ConnectFailed(address=str(address), reason=str(error)) from error
     with connection:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        return _Conversation(connection, address, timeout).stop()
+        return _Conversation(connection, str(address), timeout).stop()
+
+
+_ATTEMPTS = (0.125, 0.25, 0.625)
+"""Parts of the time of a stop by a serial port. After each, the stop is sent again.
+
+Another program that uses the port may have taken the answer. It then finds its own link garbled and ends it. The last
+part is the longest, because a slow port needs more time for an answer."""
+
+_MOST_UNASKED = 4096
+"""Most bytes in a serial port before the answer to the greeting."""
+
+
+def _stop_by_serial(address: SerialAddress, timeout: float) -> StopOutcome:
+    """Send the stop until an attempt is answered."""
+    from dmc41x3.wire.serial_port import BlockingPort  # noqa: PLC0415 - only serial addresses need it
+
+    port = BlockingPort(address, timeout, exclusive=False)
+    failure: MachineError | None = None
+    before = StopOutcome("", "")
+    try:
+        for part in _ATTEMPTS:
+            port.settimeout(part * timeout)
+            conversation = _Conversation(port, str(address), timeout)
+            try:
+                return before.joined(conversation.stop_after_greeting())
+            except (LinkTimeout, UnexpectedReply) as error:
+                failure, before = error, before.joined(conversation.outcome)
+        assert failure is not None
+        raise failure
+    finally:
+        port.close()
 
 
 class _Conversation:
-    """The few requests of a stop; the first two are in one packet."""
+    """The few requests of a stop; the first two are in one packet. `outcome` holds the axes once they are known."""
 
-    def __init__(self, connection: socket.socket, address: str, timeout: float) -> None:
-        self._connection = connection
+    def __init__(self, channel: _Channel, address: str, timeout: float) -> None:
+        self._channel = channel
         self._address = address
         self._timeout = timeout
         self._command = ""
         self._heard = False
+        self.outcome = StopOutcome("", "")
 
     def stop(self) -> StopOutcome:
         self._say("ST S", "QR")  # in one packet: a slow motion is at rest a few milliseconds after ST
         self._prompt()
+        return self._stop_others()
+
+    def stop_after_greeting(self) -> StopOutcome:
+        """Stop by a serial port, whose controller may echo and be within a line of another program."""
+        from dmc41x3.wire.serial_port import Greeting  # noqa: PLC0415 - only serial addresses need it
+
+        greeting = Greeting("ST S")
+        self._command = "ST S"
+        self._send(greeting.data + b"QR\r")
+        for _ in range(_MOST_UNASKED):
+            if greeting.feed(self._exactly(1)):
+                return self._stop_others()
+        raise UnexpectedReply(command=self._command, reply="…")
+
+    def _stop_others(self) -> StopOutcome:
+        """Read the record, and stop the axes that move outside of a sequence."""
         self._command = "QR"
         moving, coordinated = _motion(self._record())
-        outcome = StopOutcome(
+        self.outcome = StopOutcome(
             coordinated="".join(axis for axis in moving if axis in coordinated),
             independent="".join(axis for axis in moving if axis not in coordinated),
         )
-        if outcome.independent:
-            self._say(f"ST {outcome.independent}")
+        if self.outcome.independent:
+            self._say(f"ST {self.outcome.independent}")
             if not self._prompt():
                 raise UnexpectedReply(command=self._command, reply="?")
-        return outcome
+        return self.outcome
 
     def _say(self, *commands: str) -> None:
         self._command = commands[0]
+        self._send("".join(f"{command}\r" for command in commands).encode())
+
+    def _send(self, data: bytes) -> None:
         try:
-            self._connection.sendall("".join(f"{command}\r" for command in commands).encode())
+            self._channel.sendall(data)
         except OSError as error:
             raise self._failure(error) from error
 
@@ -106,7 +180,7 @@ class _Conversation:
         data = b""
         while len(data) < count:
             try:
-                piece = self._connection.recv(count - len(data))
+                piece = self._channel.recv(count - len(data))
             except OSError as error:
                 raise self._failure(error) from error
             if not piece:

@@ -1,4 +1,4 @@
-"""Transports of bytes: a TCP connection, UDP datagrams, or two ends in memory.
+"""Transports of bytes: a TCP connection, a serial port, UDP datagrams, or two ends in memory.
 
 Each works in the loop in which it was created. A reader gets `b""` when the other side has ended.
 """
@@ -6,14 +6,20 @@ Each works in the loop in which it was created. A reader gets `b""` when the oth
 from __future__ import annotations
 
 import asyncio
+import errno
 import os
 import socket
 from collections import deque
 from collections.abc import Awaitable, Callable
-from typing import Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
+from dmc41x3.address import ControllerAddress, SerialAddress
 from dmc41x3.errors import ConnectFailed, LinkLost
 from dmc41x3.i18n import phrase
+from dmc41x3.wire.serial_port import Greeting, close_port, open_port
+
+if TYPE_CHECKING:
+    from serial import Serial
 
 
 class Transport(Protocol):
@@ -185,6 +191,120 @@ class TcpTransport:
         else:
             self._stream.close()
         await asyncio.shield(self._closed)
+
+
+_PIECE = 4096
+
+
+class SerialTransport:
+    """A serial port whose controller has been greeted; created by `connect`.
+
+    An unplugged adapter is a broken connection. The loop sends the bytes that the port does not take at once.
+    """
+
+    def __init__(self, port: Serial, peer: str) -> None:
+        self._loop = asyncio.get_running_loop()
+        self._port = port
+        self._file = port.fileno()
+        self._peer = peer
+        self._inbox = _Inbox()
+        self._unsent = b""
+        self._error: OSError | None = None
+        self._loop.add_reader(self._file, self._readable)
+
+    @classmethod
+    async def connect(cls, address: SerialAddress, timeout: float) -> SerialTransport:
+        """Open a port and greet its controller within `timeout` [s].
+
+        Raises `SerialPortUnavailable`, or `ConnectFailed` if no controller answers.
+        """
+        transport = cls(open_port(address), str(address))
+        try:
+            async with asyncio.timeout(timeout):
+                await transport._greet()
+        except BaseException as error:
+            await transport.close()
+            if isinstance(error, TimeoutError):
+                reason = phrase("no answer within {seconds:g} s at {baud} baud", seconds=timeout, baud=address.baud)
+                raise ConnectFailed(address=str(address), reason=reason) from None
+            raise
+        return transport
+
+    @property
+    def peer(self) -> str:
+        """The address, as given to `connect`."""
+        return self._peer
+
+    async def _greet(self) -> None:
+        """Greet the controller; raises `ConnectFailed` if the port ends."""
+        greeting = Greeting()
+        try:
+            self.write(greeting.data)
+            while not greeting.feed(data := await self.read()) and data:
+                continue
+        except LinkLost as error:
+            raise ConnectFailed(address=self._peer, reason=error.reason) from error
+
+    async def read(self) -> bytes:
+        """Return the received bytes, or `b""` after `close`; raises `LinkLost` if the adapter was unplugged."""
+        data = await self._inbox.get()
+        if not data and self._error is not None:
+            raise LinkLost(address=self._peer, reason=_reason(self._error)) from self._error
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send bytes without waiting; raises `LinkLost` after the end."""
+        if self._inbox.ended:
+            raise LinkLost(address=self._peer, reason="the connection is closed")
+        waiting, self._unsent = bool(self._unsent), self._unsent + data
+        if not waiting:
+            self._writable()
+
+    async def close(self) -> None:
+        """Close the port; bytes that are not sent yet are dropped."""
+        self._end(None)
+        if self._port.is_open:
+            close_port(self._port)
+
+    def _readable(self) -> None:
+        try:
+            data = os.read(self._file, _PIECE)
+        except BlockingIOError:
+            return
+        except OSError as error:
+            self._end(error)
+            return
+        if data:
+            self._inbox.put(data)
+        else:
+            self._end(OSError(errno.EIO, os.strerror(errno.EIO)))
+
+    def _writable(self) -> None:
+        try:
+            self._unsent = self._unsent[os.write(self._file, self._unsent) :]
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            self._end(error)
+            return
+        if self._unsent:
+            self._loop.add_writer(self._file, self._writable)
+        else:
+            self._loop.remove_writer(self._file)
+
+    def _end(self, error: OSError | None) -> None:
+        if not self._inbox.ended:
+            self._error = error
+            self._loop.remove_reader(self._file)
+            self._loop.remove_writer(self._file)
+            self._inbox.end(keep=True)
+
+
+async def connect(address: ControllerAddress, timeout: float) -> Transport:
+    """Connect to a controller within `timeout` [s], by TCP or by a serial port; raises `ConnectFailed`."""
+    if isinstance(address, SerialAddress):
+        return await SerialTransport.connect(address, timeout)
+    return await TcpTransport.connect(*address, timeout)
 
 
 class LoopbackTransport:

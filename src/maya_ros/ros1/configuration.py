@@ -7,7 +7,8 @@ from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager, suppress
 from typing import Any
 
-from dmc41x3.address import REAL, SIM, split
+from dmc41x3.address import REAL, SIM
+from dmc41x3.address import parse as parse_address
 from maya_ros.graph.protocol import ParameterServer
 from maya_un.config import Config, load
 from maya_un.config.files import parse
@@ -86,7 +87,7 @@ def checked(address: object) -> str:
     said = str(address)
     if said not in {SIM, REAL}:
         try:
-            split(said)
+            parse_address(said)
         except ValueError as error:
             raise InvalidValue(key="address", value=said, reason=str(error)) from None
     return said

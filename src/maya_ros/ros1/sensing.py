@@ -8,9 +8,9 @@ from contextlib import asynccontextmanager
 from dataclasses import replace
 from typing import TypeVar
 
-from dmc41x3.address import split
+from dmc41x3.address import parse
 from dmc41x3.driver import Driver
-from dmc41x3.wire.transport import TcpTransport, Transport
+from dmc41x3.wire.transport import Transport, connect
 from maya_ros.graph.events import ControllerCondition, read
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.servers.sensors import raw_message
@@ -57,8 +57,7 @@ class Probe:
             publisher.close()
 
     async def _dial(self) -> Transport:
-        host, port = split(self._address)
-        return await TcpTransport.connect(host, port, self._config.controller.timeout)
+        return await connect(parse(self._address), self._config.controller.timeout)
 
     async def _measured(self, link: DriverLink) -> Message | None:
         """Return a record as a message, None if none is available."""

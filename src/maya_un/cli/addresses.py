@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dmc41x3.address import SIM, meant
 from dmc41x3.cli import console
-from dmc41x3.cli.console import host_and_port
+from dmc41x3.cli.console import controller_address
 from dmc41x3.i18n import phrase
 from maya_un.errors import SpeedOnRealMachine
 
@@ -20,10 +20,10 @@ def clock_factor(speed: float | None, address: str) -> float:
 
 
 def target_address(text: str, configured: str) -> str:
-    """Return the meaning of an address: "sim", or HOST[:PORT]; for "real", the `configured` address.
+    """Return the meaning of an address: "sim", HOST[:PORT] or a serial port; for "real", the `configured` address.
 
     Raises `InvalidValue`.
     """
     if text != SIM:
-        host_and_port(meant(text, configured), words=phrase("sim or real"))
+        controller_address(meant(text, configured), words=phrase("sim or real"))
     return meant(text, configured)

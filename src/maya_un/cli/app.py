@@ -10,9 +10,10 @@ import typer
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
 from dmc41x3.i18n import phrase
-from maya_un.cli import primitives
+from maya_un.cli import datum, migrate, primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
+from maya_un.cli.commission import commands as commission
 from maya_un.cli.completion import commands as completion
 from maya_un.cli.coms import commands as coms
 from maya_un.cli.dmc_tools import commands as dmc
@@ -47,7 +48,10 @@ Boom = Annotated[str, typer.Argument(help="angle of the boom in rad, or like 30d
 LineB = Annotated[str, typer.Argument(help="length of line b in m, or like 120mm")]
 LineC = Annotated[str, typer.Argument(help="length of line c in m, or like 120mm")]
 Coordinate = Annotated[str, typer.Argument(help="coordinate of the gripper in m, or like 120mm")]
-_ADDRESSES = "sim, real (the controller at controller.address of the configuration), HOST or HOST:PORT"
+_ADDRESSES = (
+    "sim, real (the controller at controller.address of the configuration), HOST, HOST:PORT or a serial port "
+    "(/dev/ttyUSB0)"
+)
 Address = Annotated[str, typer.Option(metavar="WHERE", help=_ADDRESSES)]
 SkipHome = Annotated[
     bool,
@@ -69,7 +73,10 @@ File = Annotated[
 
 
 def run(arguments: list[str], settings: OutputSettings) -> int:
-    """Carry out a command line and return its exit code; raises `InvalidCommandLine` for an invalid one."""
+    """Carry out a command line and return its exit code; raises `InvalidCommandLine` for an invalid one.
+
+    Example: maya run examples/01_pick_and_place.yaml --dry-run
+    """
     return parsing.run(app, arguments, settings._replace(site=MAYA), "maya")
 
 
@@ -155,6 +162,8 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     The queue is stored: it survives the end of `maya up` and power cuts. After a restart nothing moves until a person
     decides. Ctrl-C or `maya down` ends `maya up`.
+
+    Example: maya up --speed 20 --open
     """
     from maya_un.cli.service import up as command
     from maya_un.cli.service.listeners import RemoteAccess
@@ -177,6 +186,8 @@ def down(
 
     The robot decelerates along the path. The running job is interrupted; after the next start a person decides about
     it with `maya queue recover`.
+
+    Example: maya down --finish
     """
     from maya_un.cli.service import down as command
 
@@ -204,6 +215,8 @@ def run_job(  # noqa: PLR0913, PLR0917 - every option of a command is a paramete
 
     The robot that `maya up` runs carries it out. If none runs, or with one of --address, --speed, --seed, --truth,
     --skip-home and --take-over, the command itself connects to the controller or twin at --address (default: sim).
+
+    Example: maya run examples/01_pick_and_place.yaml --dry-run
     """
     from maya_un.cli import run as command
 
@@ -236,6 +249,8 @@ def jog(
 
     Without AXIS and DISTANCE, the terminal shows the position and the nearest limits, and you move the robot with
     keys.
+
+    Example: maya jog b -20mm
     """
     from maya_un.cli import moving
 
@@ -256,6 +271,8 @@ def abort(context: typer.Context) -> int:
     """Stop without deceleration.
 
     Motors may switch off; then run `maya recover`. To stop normally, use `maya stop`.
+
+    Example: maya abort
     """
     from maya_un.cli import moving
 
@@ -264,7 +281,10 @@ def abort(context: typer.Context) -> int:
 
 @app.command(**_HOW)
 def pause(context: typer.Context) -> int:
-    """Pause all motion until `maya resume`: the robot decelerates along the path and waits."""
+    """Pause all motion until `maya resume`: the robot decelerates along the path and waits.
+
+    Example: maya pause
+    """
     from maya_un.cli import moving
 
     return moving.pause(settings_of(context))
@@ -272,7 +292,10 @@ def pause(context: typer.Context) -> int:
 
 @app.command(**_HOW)
 def resume(context: typer.Context) -> int:
-    """Continue after `maya pause`."""
+    """Continue after `maya pause`.
+
+    Example: maya resume
+    """
     from maya_un.cli import moving
 
     return moving.resume(settings_of(context))
@@ -288,6 +311,8 @@ def speed(
     """Set the speed of all motion as a share of the full speed.
 
     It also applies to the motion in progress.
+
+    Example: maya speed 50%
     """
     from maya_un.cli import moving
 
@@ -296,7 +321,10 @@ def speed(
 
 @app.command(**_HOW)
 def recover(context: typer.Context, take_over: TakeOver = False) -> int:
-    """Clear a fault. Remove its cause first. Nothing moves."""
+    """Clear a fault. Remove its cause first. Nothing moves.
+
+    Example: maya recover
+    """
     from maya_un.cli import moving
 
     return moving.recover(settings_of(context), take_over=take_over)
@@ -324,7 +352,10 @@ def call(
 
 @app.command(**_HOW)
 def fk(context: typer.Context, a: Boom, b: LineB, c: LineC) -> int:
-    """Show the gripper position at joints a, b, c."""
+    """Show the gripper position at joints a, b, c.
+
+    Example: maya fk 30deg 1500mm 1300mm
+    """
     from maya_un.cli import offline
 
     return offline.fk(joints_of(a, b, c), settings_of(context))
@@ -332,7 +363,10 @@ def fk(context: typer.Context, a: Boom, b: LineB, c: LineC) -> int:
 
 @app.command(**_HOW)
 def ik(context: typer.Context, x: Coordinate, y: Coordinate, z: Coordinate) -> int:
-    """Show the joint values at which the gripper is at x, y, z."""
+    """Show the joint values at which the gripper is at x, y, z.
+
+    Example: maya ik 0.5 1.1 0.4
+    """
     from maya_un.cli import offline
 
     return offline.ik(point_of(x, y, z), settings_of(context))
@@ -343,6 +377,8 @@ def reach(context: typer.Context, x: Coordinate, y: Coordinate, z: Coordinate) -
     """Check whether the gripper can reach x, y, z.
 
     If not, show the reason and the nearest reachable point.
+
+    Example: maya reach 500mm 1100mm 400mm
     """
     from maya_un.cli import offline
 
@@ -370,6 +406,8 @@ def plot_workspace(
     """Draw the workspace of the gripper.
 
     The picture shows the ends of the strokes, the tensions of the lines and the zones.
+
+    Example: maya plot workspace --point 0.5 1.1 0.4
     """
     from maya_un.cli import plot as command
 
@@ -378,6 +416,7 @@ def plot_workspace(
     return command.workspace(request, settings_of(context))
 
 
+datum.register(app, _HOW)
 teach_commands.register(app, _HOW)
 zone_commands.register(app, _HOW)
 recordings.register(app, _HOW)
@@ -386,8 +425,10 @@ logs.register(app, _HOW)
 coms.register(app, _HOW)
 fleet.register(app, _HOW)
 doctor.register(app, _HOW)
+commission.register(app, _HOW)
 completion.register(app, _HOW)
 access.register(app, _HOW)
+migrate.register(app, _HOW)
 
 
 @plot.command("job", **_HOW)
@@ -400,6 +441,8 @@ def plot_job(
 
     The picture shows the axes over time with their limits, the tensions of the lines and the path of the gripper. The
     job starts at the homed pose. Nothing moves.
+
+    Example: maya plot job examples/01_pick_and_place.yaml --output job.png
     """
     from maya_un.cli import plot as command
 
@@ -411,7 +454,10 @@ calibrate.register(app, _HOW)
 
 @config.command(**_HOW)
 def show(context: typer.Context) -> int:
-    """Print all constants with the values that Maya uses."""
+    """Print all constants with the values that Maya uses.
+
+    Example: maya config show
+    """
     from maya_un.cli import configure
 
     return configure.show(settings_of(context))
@@ -419,7 +465,10 @@ def show(context: typer.Context) -> int:
 
 @config.command(**_HOW)
 def check(context: typer.Context, file: File = None) -> int:
-    """Check a configuration file."""
+    """Check a configuration file.
+
+    Example: maya config check maya.toml
+    """
     from maya_un.cli import configure
 
     return configure.check(file, settings_of(context))
@@ -427,7 +476,10 @@ def check(context: typer.Context, file: File = None) -> int:
 
 @config.command(**_HOW)
 def init(context: typer.Context, file: File = None) -> int:
-    """Write a configuration file to start from."""
+    """Write a configuration file to start from.
+
+    Example: maya config init maya.toml
+    """
     from maya_un.cli import configure
 
     return configure.init(file, settings_of(context))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,11 +12,14 @@ from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path, load, template, to_toml
-from maya_un.errors import FileUnwritable, InvalidCommandLine
+from maya_un.config.files import parse, shown, written
+from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidConfig
+from maya_un.validation import reason_of
 from maya_un.values import Point
 
 if TYPE_CHECKING:
     from maya_un.machine.truth import TrueConstants
+    from maya_un.machine.wiring import Wiring
     from maya_un.process.spec.job import Job
 
 
@@ -82,26 +86,46 @@ def require_twin(address: str, command: str, **options: object) -> None:
         raise InvalidCommandLine(reason=reason, command=command)
 
 
-DRAWN = "drawn"
-"""The word for a twin whose differences from the configuration are drawn."""
+DRAWN, MISWIRED = "drawn", "miswired"
+"""The words for a twin whose small differences from the configuration, or one mistake in its wiring, are drawn."""
 
 
 def truth_of_twin(truth: str | None, config: Config, seed: int) -> TrueConstants | None:
     """Return the constants of the twin's machine for --truth, None if it is as configured.
 
-    `truth` is a file with the keys of the configuration that are different on the machine, or the word `drawn`. Raises
-    `FileUnreadable` and `InvalidConfig`.
+    `truth` is a file with the keys of the configuration that are different on the machine, and the mistakes in its
+    wiring (table `miswired`), or one of the words `drawn` and `miswired`. Raises `FileUnreadable` and `InvalidConfig`.
     """
     if truth is None:
         return None
     from random import Random
 
     from maya_un.assembly import machine_of
+    from maya_un.machine import wiring_faults
     from maya_un.machine.truth import TrueConstants
 
     if truth == DRAWN:
         return TrueConstants.built(Random(seed), machine_of(config))
-    return machine_of(load(Path(truth), config))
+    if truth == MISWIRED:
+        return wiring_faults.drawn(Random(seed), machine_of(config)).truth
+    keys = dict(written(Path(truth)))
+    mistakes = keys.pop(MISWIRED, None)
+    if mistakes is None:
+        return machine_of(load(Path(truth), config))
+    return replace(machine_of(parse(keys, config)), wiring=_wiring(mistakes))
+
+
+def _wiring(mistakes: object) -> Wiring:
+    from pydantic import TypeAdapter, ValidationError
+
+    from maya_un.machine.wiring import Wiring
+
+    try:
+        return TypeAdapter(Wiring).validate_python(mistakes)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = ".".join(map(str, (MISWIRED, *first["loc"])))
+        raise InvalidConfig(key=place, value=shown(first["input"]), reason=reason_of(first)) from error
 
 
 def on_the_table(table: str | None, config: Config, settings: OutputSettings) -> dict[str, Point]:

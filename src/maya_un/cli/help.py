@@ -27,6 +27,7 @@ Start
 
 Robot (commands to the robot that `maya up` runs; lengths in m or like 120mm, angles in rad or like 30deg)
   home                                         find the limit switches, so that the position is known
+  datum           datum move|give|confirm      tell a robot without limit switches where it stands
   pick X Y [Z]    place X Y [Z]                pick up a part, put it down; also pick NAME, place NAME
   approach X Y Z                               move above a point, by cell.clearance of the configuration; also NAME
   line X Y Z                                   move straight to a point; also line NAME
@@ -68,6 +69,8 @@ Information (no robot needed)
   doctor          logs [--follow]              find faults and remedies; show events and log
   completion bash|zsh|fish                     complete commands in the shell
   calibrate FILE [--apply]                     fit the machine's constants to measured points
+  commission [--address WHERE] [--restart]     check the wiring of a new machine, step by step, with you
+  migrate FILE                                 show what to change in scripts of the original Maya; also a folder
 
 Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc serve [--port N] [--speed X]             serve a twin, a virtual DMC-41x3, on TCP and UDP
@@ -75,9 +78,12 @@ Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc send HOST[:PORT] CMD...                  send DMC commands to a controller
   dmc terminal [HOST[:PORT]]                   type DMC commands in a terminal that shows the axes
   dmc conform HOST[:PORT] [--moves]            check whether a controller behaves like a DMC-41x3
+  dmc find         dmc assign MAC ADDRESS      find controllers; give an address to one that has none
+  dmc ip HOST [--set ADDRESS] [--burn]         show or change the address of a controller
   dmc gclib run SCRIPT [ARG...]                run a script written for Galil's gclib
 
-WHERE: sim (the default), real (controller.address of the configuration), HOST or HOST:PORT.
+WHERE: sim (the default), real (controller.address of the configuration), HOST, HOST:PORT, or a
+serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200).
 A twin is a virtual controller with Maya's mechanics; sim is a twin inside the command.
 Every command also takes --json, --lang en|es and --config FILE; see `maya COMMAND --help`.
 Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ctrl-C."""
@@ -85,13 +91,19 @@ Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ct
 _EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))
 
 QUICK = {
-    "status": f"Usage: maya status\n\n  Show the state of the running robot.\n\n{_EVERYWHERE}",
+    "status": (
+        "Usage: maya status\n\n"
+        "  Show the state of the running robot.\n\n"
+        f"{_EVERYWHERE}\n\n"
+        "  Example: maya status --json"
+    ),
     "stop": (
-        "Usage: maya stop [--address real|HOST[:PORT]]\n\n"
+        "Usage: maya stop [--address real|HOST[:PORT]|/dev/ttyUSB0]\n\n"
         "  Stop the running robot: it decelerates along the path.\n\n"
         "  If `maya up` does not answer, or with --address, this command sends the stop\n"
         "  to the controller itself. real is the controller of the configuration.\n\n"
-        f"{_EVERYWHERE}"
+        f"{_EVERYWHERE}\n\n"
+        "  Example: maya stop --address 192.168.1.156"
     ),
 }
 """Help of the commands that bypass the parser."""

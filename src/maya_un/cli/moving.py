@@ -16,6 +16,7 @@ from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import INTERRUPTION, PATIENCE, animate, follow
 from maya_un.client import requests
+from maya_un.client.request import Request
 
 
 def request(primitive: Mapping[str, object], settings: OutputSettings) -> int:
@@ -38,9 +39,14 @@ def request(primitive: Mapping[str, object], settings: OutputSettings) -> int:
 
 def jog(axis: str, distance: float, settings: OutputSettings) -> int:
     """Move the robot along an axis by `distance` (rad or m) and wait for the end; Ctrl-C and SIGTERM stop it."""
+    return travel(requests.jog_by(axis, distance), settings)
+
+
+def travel(move: Request[Any], settings: OutputSettings) -> int:
+    """Send the request of a motion of one axis and wait for the end; Ctrl-C and SIGTERM stop the robot."""
     client = ServiceClient.find()
     with chosen(settings) as display, as_ctrl_c(), ThreadPoolExecutor(1) as other:
-        jogging = other.submit(client.ask, requests.jog_by(axis, distance))
+        jogging = other.submit(client.ask, move)
         try:
             while not wait({jogging}, PATIENCE).done:
                 animate(client, display)

@@ -38,7 +38,22 @@ def register(app: typer.Typer, **how: Any) -> None:
     """Add a command for every primitive to `app`; `how` are Typer's settings of each command."""
     for name, primitive in PRIMITIVES.items():
         if primitive.in_jobs:
-            app.command(name, help=primitive.help(), **how)(_command(primitive))
+            app.command(name, help=f"{primitive.help()}\n\n{_example(primitive)}", **how)(_command(primitive))
+
+
+def _example(primitive: type[Primitive]) -> str:
+    match primitive.argument:
+        case Target(grasps=True):
+            words = "500mm 1100mm"
+        case Target():
+            words = "500mm 1100mm 600mm"
+        case JointTarget():
+            words = "30deg 1500mm 1300mm"
+        case Switch() as switch:
+            words = switch.on
+        case _:
+            words = ""
+    return f"Example: maya {primitive.command} {words}".rstrip()
 
 
 def _command(primitive: type[Primitive]) -> Run:

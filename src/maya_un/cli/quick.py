@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import degrees
 from typing import Any
 
-from dmc41x3.address import REAL
+from dmc41x3.address import REAL, ControllerAddress
 from dmc41x3.i18n import phrase, translate
 from maya_un import runtime
 from maya_un.cli import output
@@ -55,7 +55,7 @@ def stop(arguments: list[str], settings: OutputSettings) -> int:
     return output.answer({"service": True, **report}, _stopping(report, settings), settings)
 
 
-def _address(arguments: list[str], settings: OutputSettings) -> tuple[str, int] | None:
+def _address(arguments: list[str], settings: OutputSettings) -> ControllerAddress | None:
     match arguments:
         case []:
             return None
@@ -67,20 +67,20 @@ def _address(arguments: list[str], settings: OutputSettings) -> tuple[str, int] 
             raise InvalidCommandLine(
                 reason=phrase("{words} is not understood", words=" ".join(arguments)), command="maya stop"
             )
-    from maya_un.cli.addresses import host_and_port
+    from maya_un.cli.addresses import controller_address
 
     if text == REAL:
         from maya_un.cli.configure import configuration
 
         text = configuration(settings).controller.address
-    return host_and_port(text)
+    return controller_address(text)
 
 
-def _directly(address: tuple[str, int], settings: OutputSettings) -> int:
+def _directly(address: ControllerAddress, settings: OutputSettings) -> int:
     from dmc41x3.wire import emergency
 
-    outcome = emergency.stop(*address, CONTROLLER_TIMEOUT)
-    place = f"{address[0]}:{address[1]}"
+    outcome = emergency.stop(address, CONTROLLER_TIMEOUT)
+    place = str(address)
     axes = outcome.decelerating
     text = translate(
         "Stop sent directly to the controller at {address}: {axes} began to brake."
@@ -128,6 +128,8 @@ def _described(found: dict[str, Any], language: str) -> str:
     ]
     if state.get("override", 1.0) != 1.0:
         lines.insert(1, translate("speed {percent:g} %", language, percent=100.0 * state["override"]))
+    if found.get("unconfirmed"):
+        lines.append(translate("datum not confirmed: motion is slow until `maya datum confirm`", language))
     if found["progress"] is not None:
         lines.insert(1, _progress(found["progress"], language))
     limits = _active_limits(state)

@@ -235,6 +235,10 @@ class _JobRun:
             places=taught_places(self._settings),
             recordings=store(config.recorder),
         ) as robot:
+            if robot.twin is not None and config.person_needed:
+                where = Joints(*robot.twin.mechanics.true_joints())
+                await robot.controller.give_datum(where, by="maya run", confirmed=True)
+                await robot.controller.gripper(open_=True)
             if self._home_first:
                 await robot.controller.home()
             if self._like is not None:

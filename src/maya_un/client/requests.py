@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from maya_un.schema.recordings import RecordedStates, ScopeView
     from maya_un.schema.robot import (
         Addresses,
+        DatumView,
         EventMessage,
         Health,
         HeldJog,
@@ -584,6 +585,46 @@ def recover(*, take_over: bool = False) -> Request[None]:
     takes the controller from this program; this is refused while axes move (1032).
     """
     return Request("POST", "/v1/recover", NOTHING, query=changed({"take_over": (take_over, False)}), timeout=120.0)
+
+
+def datum() -> Request[DatumView]:
+    """Return whether homing needs a person, and the datum that a person gave."""
+    return Request("GET", "/v1/datum", Answer("maya_un.schema.robot", "DatumView"))
+
+
+def give_datum(joints: tuple[float, float, float]) -> Request[DatumView]:
+    """Believe the caller that the robot stands at these joints. The robot does not move.
+
+    The event `datum_given` names the caller. Until a second point confirms the datum, motion is slow, and stays
+    away from the ends of the strokes and from high tensions.
+    """
+    return Request(
+        "POST", "/v1/datum", Answer("maya_un.schema.robot", "DatumView"), body={"joints": joints}, timeout=120.0
+    )
+
+
+def confirm_datum(joints: tuple[float, float, float]) -> Request[DatumView]:
+    """Compare the position of the robot with a second point. The robot does not move.
+
+    If they agree within 20 mm and 2 degrees, all motion is allowed. If not, the robot is not homed any more.
+    """
+    return Request(
+        "POST", "/v1/datum/confirm", Answer("maya_un.schema.robot", "DatumView"), body={"joints": joints}, timeout=120.0
+    )
+
+
+def guarded_move(axis: Literal["a", "b", "c"], distance: float) -> Request[Jogged]:
+    """Move one axis of a robot that is not homed, slowly and at most 50 mm or 5 degrees.
+
+    It ends early at a switch, or when a line carries twice the load.
+    """
+    return Request(
+        "POST",
+        "/v1/datum/move",
+        Answer("maya_un.schema.robot", "Jogged"),
+        body={"axis": axis, "distance": distance},
+        timeout=3600.0,
+    )
 
 
 def lease() -> Request[LeaseView]:

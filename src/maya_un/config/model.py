@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from dmc41x3.address import split
+from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
 from maya_un import manual
 from maya_un.config.base import LENGTH, STROKE_END, ConfigSection, Contradiction, Metres, flaw
@@ -191,22 +191,23 @@ Register = Annotated[int, Field(ge=0, le=1_073_740_800)]
 Letter = Literal["A", "B", "C"]
 
 
-def _host_and_port(address: str) -> str:
-    split(address)
+def _controller_address(address: str) -> str:
+    parse_address(address)
     return address
 
 
+Address = Annotated[str, AfterValidator(_controller_address)]
+"""HOST, HOST:PORT, or a serial port as PATH or PATH@BAUD."""
 ChannelName = Annotated[str, Field(pattern=r"^([A-Za-z][A-Za-z0-9_-]{0,39})?$")]
 """The name of a digital output or input: a letter, then letters, digits, - and _; "" for none."""
-
-Address = Annotated[str, AfterValidator(_host_and_port)]
-"""HOST or HOST:PORT."""
 
 
 class ControllerConfig(ConfigSection):
     """Address of the motion controller, and time limits for it."""
 
-    address: Annotated[Address, Field(description="address for `--address real`: HOST or HOST:PORT")] = "192.168.1.156"
+    address: Annotated[
+        Address, Field(description="address for `--address real`: HOST, HOST:PORT, or a serial port as PATH[@BAUD]")
+    ] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
     stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records per second [Hz]")] = 20.0
     outputs: Annotated[
@@ -280,6 +281,20 @@ class AxisConfig(ConfigSection):
     jerk_counts: Annotated[
         int | None, Field(ge=1024, le=2_147_483_647, description="limit of the jerk [counts/s3]; default: none")
     ] = None
+    switches: Annotated[
+        Literal["both", "minimum", "maximum", "none"],
+        Field(description="ends of the stroke that have a limit switch: both, minimum, maximum or none"),
+    ] = "both"
+
+    @property
+    def switch_at_minimum(self) -> bool:
+        """Whether a limit switch (reverse, on the controller) is at the lower end of the stroke."""
+        return self.switches in {"both", "minimum"}
+
+    @property
+    def switch_at_maximum(self) -> bool:
+        """Whether a limit switch (forward, on the controller) is at the upper end of the stroke."""
+        return self.switches in {"both", "maximum"}
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -409,6 +424,9 @@ class HomingConfig(ConfigSection):
         float, Field(gt=0.0, le=0.02, description="speed of the lines during probing and final approach [m/s]")
     ] = 0.002
     torque_per_load: Annotated[float, Field(gt=0.0, le=9.9, description="motor command per load on a line [V]")] = 0.5
+    torque_readings: Annotated[
+        bool, Field(description="false: the motor commands (TT) do not show the load, so homing cannot use them")
+    ] = True
     stroke_tolerance: Annotated[
         float,
         Field(
@@ -483,6 +501,16 @@ class Config(ConfigSection):
         return self
 
     @property
+    def person_needed(self) -> str:
+        """Why homing needs a person, "" if the robot finds its position alone."""
+        if self.axes.a.switches == "none":
+            return phrase("axis a has no switch")
+        for name, line in (("b", self.axes.b), ("c", self.axes.c)):
+            if not line.switch_at_minimum:
+                return phrase("line {name} has no switch at its short end", name=name)
+        return "" if self.homing.torque_readings else phrase("the motors show no torque")
+
+    @property
     def deepest(self) -> float:
         """The distance of the gripper at cell.grasp_height from its height with straight lines [m]."""
         return self.geometry.height - self.geometry.gripper_height - self.cell.grasp_height
@@ -504,6 +532,8 @@ class Config(ConfigSection):
     @model_validator(mode="after")
     def _can_home(self) -> Self:
         """Require what homing needs: docs/explanation/homing.md derives each condition."""
+        if self.person_needed:
+            return self
         width, shortest = self.geometry.width, 1.0 - self.homing.stroke_tolerance
         if width < NARROWEST:
             reason = phrase("length - delta must be {least:g} m or more for homing", least=NARROWEST)

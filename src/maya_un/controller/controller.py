@@ -7,15 +7,19 @@ from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.reading import only_reads
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config
+from maya_un.controller import datum
 from maya_un.controller.command_slot import RunningCommand
+from maya_un.controller.datum import GivenDatum
 from maya_un.controller.execution import Execution, Pacing
 from maya_un.controller.fault_monitor import FaultMonitor
-from maya_un.controller.homing import HomingRun
+from maya_un.controller.homing import HomingRun, guarded_move, homed_pose
 from maya_un.controller.monitor import SETTLED, Monitor, erase, leave, noted
-from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning, name_of
+from maya_un.controller.monitor import datum as datum_of_axis
+from maya_un.controller.planner import LEAST_SPEED, Jogging, MotionPlan, Planner, Planning, name_of
 from maya_un.controller.protocol import Inspection, MotionRun, OnVia, Preview, require_output
 from maya_un.controller.registers import Dial
 from maya_un.controller.seek import Seeker
@@ -24,6 +28,9 @@ from maya_un.errors import (
     AbortInput,
     AmplifierFault,
     Busy,
+    DatumContradicted,
+    DatumNeeded,
+    DatumRefused,
     LimitReached,
     MachineError,
     MarkerMissing,
@@ -35,6 +42,8 @@ from maya_un.errors import (
     TerminalReadsOnly,
 )
 from maya_un.events import (
+    DatumConfirmed,
+    DatumGiven,
     EventLog,
     FaultCleared,
     GripperClosed,
@@ -215,11 +224,7 @@ class GalilController:
         monitor = self._monitor
         with monitor.slot.take("skip home"):
             driver = monitor.ready(homed=False)
-            await monitor.look()
-            if monitor.moving():
-                raise Busy(doing="the axes finish an earlier motion")
-            await self._lookout.require_owned(driver)
-            await monitor.registers.configure(driver)
+            await self._at_rest_and_owned(driver)
             await self._require_kept(driver)
             if not await monitor.adopt(driver):
                 raise MarkerMissing
@@ -232,19 +237,22 @@ class GalilController:
     async def home(self) -> None:
         """Find the switches, define the counts, measure the strokes (`controller.homing`).
 
-        Raises the errors of every motion, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`,
-        `StrokeDiffers`.
+        A machine that needs a person for that moves to its homed pose instead, once its datum is given. Raises the
+        errors of every motion, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`,
+        `DatumNeeded`.
         """
         monitor = self._monitor
+        if self.config.person_needed:
+            monitor.ready(homed=False)
+            if not monitor.homed:
+                raise DatumNeeded(reason=self.config.person_needed)
+            await self.move(homed_pose(self.config))
+            return
         async with self._motion("home", homed=False) as (command, driver):
             await self._execution.allowed(command)
-            await monitor.look()
-            if monitor.moving():
-                raise Busy(doing="the axes finish an earlier motion")
-            await self._lookout.require_owned(driver)
+            await self._at_rest_and_owned(driver)
             monitor.homed = False
             monitor.displaced = None
-            await monitor.registers.configure(driver)
             await erase(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
@@ -261,6 +269,98 @@ class GalilController:
             monitor.hold(driver)
             self.events.emit(HomingDone())
         monitor.publish()
+
+    @property
+    def datum(self) -> GivenDatum | None:
+        """The datum that a person gave, None without one, or if switches have shown the position."""
+        return self._monitor.given if self._monitor.homed else None
+
+    async def give_datum(self, joints: Joints, *, by: str, confirmed: bool = False) -> None:
+        """Believe `by`, a person, that the robot stands at `joints` (rad, m, m). Nothing moves.
+
+        Until a second point confirms it, motion is slow and bounded (`controller.datum`). Raises `Unreachable` for
+        joints outside of these bounds, `Busy`, `NotConnected`, `Faulted`, and ownership and configuration errors.
+        """
+        monitor = self._monitor
+        with monitor.slot.take("datum"):
+            driver = monitor.ready(homed=False)
+            datum.narrowed(Workspace.of(self.config)).with_zones(()).require(joints)
+            await self._at_rest_and_owned(driver)
+            monitor.homed, monitor.displaced = False, None
+            await erase(driver)
+            await monitor.power(driver)
+            letters = [axis.letter for axis in (self.config.axes.a, self.config.axes.b, self.config.axes.c)]
+            counts = zip(letters, self.units.to_counts(joints), strict=True)
+            ends = self.config.axes.b.maximum, self.config.axes.c.maximum
+            given = GivenDatum(joints, confirmed)
+            await driver.batch([f"DP{letter}={count}" for letter, count in counts])
+            await driver.batch([datum_of_axis(self.config, self.units, axis) for axis in range(3)])
+            await leave(driver, ends, self.units, given)
+            monitor.reckoning.forget()
+            monitor.set_homed(ends, given)
+            await monitor.look()
+            monitor.hold(driver)
+            self.events.emit(DatumGiven(by, str(tuple(round(value, 4) for value in joints))))
+            monitor.publish()
+
+    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
+        """Compare the present position with what `by`, a person, states (rad, m, m). Nothing moves.
+
+        If they agree within `datum.TOLERANCE`, all motion is allowed again. Raises `DatumRefused` without a datum to
+        confirm or too near to its pose, and `DatumContradicted`, after which the robot is not homed.
+        """
+        monitor = self._monitor
+        with monitor.slot.take("datum"):
+            driver = monitor.ready(homed=True)
+            await self._at_rest_and_owned(driver)
+            here = monitor.here()
+            datum.require_second_point(monitor.given, here)
+            found = datum.contradiction(here, joints)
+            if found is not None:
+                monitor.homed = False
+                await erase(driver)
+                self.events.emit(HomingNeeded())
+                monitor.publish()
+                raise DatumContradicted(axis=found[0], distance=found[1])
+            assert monitor.given is not None
+            given = monitor.given._replace(confirmed=True)
+            await driver.batch(datum.written(given, self.units))
+            monitor.set_homed((self.config.axes.b.maximum, self.config.axes.c.maximum), given)
+            self.events.emit(DatumConfirmed(by))
+            monitor.publish()
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Move one axis of a robot that is not homed by at most `datum.NUDGE`, slowly; return the distance moved.
+
+        It ends early at a switch, or when the line carries twice the load. Raises `InvalidValue` for a longer distance,
+        `DatumRefused` for a homed robot, `HomingStalled` if the axis does not follow, and the errors of a motion.
+        """
+        number, monitor = datum.require_nudge(axis, distance), self._monitor
+        async with self._motion("guarded move", homed=False) as (command, driver):
+            if monitor.homed:
+                raise DatumRefused(reason=phrase("the robot is homed; use `maya jog`"))
+            await self._execution.allowed(command)
+            await self._at_rest_and_owned(driver)
+            await monitor.power(driver)
+            await self._lookout.wake_guard(driver)
+            monitor.seeking = True
+            monitor.reckoning.forget()
+            seeker = Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)
+            gone, reason = await guarded_move(seeker, self.config, self.units, number, distance)
+            monitor.seeking = False
+            await monitor.look()
+            monitor.hold(driver)
+        monitor.publish()
+        return Jogged(axis, gone, "tension" if reason else "", reason)
+
+    async def _at_rest_and_owned(self, driver: Driver) -> None:
+        """Write the registers of a controller that is ours and at rest; raises `Busy`, and ownership errors."""
+        monitor = self._monitor
+        await monitor.look()
+        if monitor.moving():
+            raise Busy(doing="the axes finish an earlier motion")
+        await self._lookout.require_owned(driver)
+        await monitor.registers.configure(driver)
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Move to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
@@ -440,11 +540,11 @@ class GalilController:
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time `path` as a motion would; raises the errors of that motion, sends nothing."""
-        return self._planner.preview(self.workspace, path, speed)
+        return self._planner.preview(self.workspace, path, self._allowed(speed))
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
         """Return the details of the motion along `path`, None if the path has no length; raises as `preview` does."""
-        return self._planner.inspect(self.workspace, path, speed, samples)
+        return self._planner.inspect(self.workspace, path, self._allowed(speed), samples)
 
     async def _travel(self, name: str, way: _Way, speed: float, on_via: OnVia | None = None) -> None:
         async with self._motion(name, homed=True) as (command, driver):
@@ -475,7 +575,12 @@ class GalilController:
         return plan if here == known else await self._plan(command, way, here, speed)
 
     async def _plan(self, command: RunningCommand, way: _Way, here: Joints, speed: float) -> MotionPlan:
+        speed = self._allowed(speed)
         return await self._planning.plan(command, self.workspace, await way(command, here), speed)
+
+    def _allowed(self, speed: float) -> float:
+        """Return the share of the speeds with which a motion may run that was requested with `speed`."""
+        return max(LEAST_SPEED, speed * datum.SPEED) if self._monitor.uncertain and speed > 0.0 else speed
 
     @asynccontextmanager
     async def _motion(self, name: str, *, homed: bool) -> AsyncIterator[tuple[RunningCommand, Driver]]:

@@ -220,11 +220,11 @@ class Execution:
         if refusal.details["tc"] != ErrorCode.BEGIN_AT_LIMIT:
             return None
         ways = run.move.segments.counts
+        forward, reverse = state_builder.limits(record, self._monitor.config, self._monitor.order)
         for i in run.members:
-            axis = record.axes[self._monitor.order[i]]
             for side, active, ahead in (
-                ("forward", axis.forward_limit_active, (ways[:, i] > 0).any()),
-                ("reverse", axis.reverse_limit_active, (ways[:, i] < 0).any()),
+                ("forward", forward[i], (ways[:, i] > 0).any()),
+                ("reverse", reverse[i], (ways[:, i] < 0).any()),
             ):
                 if active and ahead:
                     return SwitchBlocks(axis=AXES[i], side=side)

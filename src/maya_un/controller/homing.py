@@ -1,5 +1,8 @@
 """Homing from any start: a sequence that can neither tear the machine nor touch the table.
 
+It needs a switch of axis a at either end, switches at the short ends of both lines, and torque. Long ends without
+switches are not measured. Other machines are homed by a person (`maya_un.controller.datum`).
+
 Known facts: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving both lines
 by equal and opposite amounts keeps the gripper on an ellipse about the two anchors, along which the tension is largest
 in the middle, at most 1.11 times the tension where a short switch ends the ellipse. Unknown are lengths, friction,
@@ -25,6 +28,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
 from maya_un.config.model import MOST_SLACK
+from maya_un.controller.datum import shown
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.values import AXES, Joints
@@ -70,6 +74,9 @@ INSIDE = 0.025
 OFF_END = 0.075
 """A line leaves its long end by this share of W before the other one shortens alone."""
 
+OFF_SWITCHED_END, OFF_GIVEN_END = 0.035, 0.1
+"""Angle between the homed pose and the end of the boom's stroke [rad], with a datum by a switch and by a person."""
+
 PAST = (0.05, 0.02, 0.02)
 """Longest braking distance behind a switch (rad, m, m); the switch must release within `RELEASE_WITHIN`."""
 
@@ -87,7 +94,9 @@ def homed_pose(config: Config) -> Joints:
     b, c = _inside(config, B, share_b * width), _inside(config, C, share_c * width)
     c = _inside(config, C, max(c, LOW * width - b))
     b = _inside(config, B, max(b, LOW * width - c))
-    return Joints(config.axes.a.minimum + 0.035, b, c)
+    boom = config.axes.a
+    off = OFF_GIVEN_END if config.person_needed else OFF_SWITCHED_END
+    return Joints(boom.maximum - off if boom.switches == "maximum" else boom.minimum + off, b, c)
 
 
 def _inside(config: Config, axis: int, length: float) -> float:
@@ -143,17 +152,20 @@ class HomingRun:
         self._phase("raise")
         await self._raise()
         self._phase("datum_a")
-        await self._datum(A, self._angle_stroke())
+        await self._datum(A, self._angle_stroke(), REVERSE if self._config.axes.a.switch_at_minimum else FORWARD)
         self._phase("datum_c")
         await self._to_short_c()
         await self._datum(C, 0.1)
         self._phase("datum_b")
         await self._to_short_b()
         await self._datum(B, 0.1)
-        self._phase("stroke_c")
-        c_end = await self._long_end(C, B, other_length=self._beside_long_end(C, 0.65))
-        self._phase("stroke_b")
-        b_end = await self._long_end(B, C, other_length=self._beside_long_end(B, 0.60))
+        b_end, c_end = self._config.axes.b.maximum, self._config.axes.c.maximum
+        if self._config.axes.c.switch_at_maximum:
+            self._phase("stroke_c")
+            c_end = await self._long_end(C, B, other_length=self._beside_long_end(C, 0.65))
+        if self._config.axes.b.switch_at_maximum:
+            self._phase("stroke_b")
+            b_end = await self._long_end(B, C, other_length=self._beside_long_end(B, 0.60))
         self._phase("pose")
         await self._to_pose()
         return HomingResult(b_end=b_end, c_end=c_end)
@@ -169,6 +181,11 @@ class HomingRun:
     def _longest(self, axis: int) -> float:
         """Return the greatest length at which the long switch of a line may trip [m]."""
         return self._config.longest(self._config.axes[axis])
+
+    def _least_long(self, axis: int) -> float:
+        """Return a length that a line surely has at its long end [m]: as configured, less if no switch shows it."""
+        ends, tolerance = self._config.axes[axis], self._config.homing.stroke_tolerance
+        return ends.maximum if ends.switch_at_maximum else ends.maximum * (1.0 - tolerance)
 
     def _beside_long_end(self, axis: int, share: float) -> float:
         """Return a length of the other line with which `axis` may go to its long end [m], `share` of W if that will do.
@@ -278,7 +295,9 @@ class HomingRun:
         if not look.forward[B]:
             stroke = self._stroke(C)
             if look.reverse[B]:  # b's length is known then; at both ends at once, b would be slack by 0.26 m
-                stroke = min(stroke, self._config.axes.b.maximum - self._shortest(B) - 0.05 * self._width)
+                stroke = min(stroke, self._least_long(B) - self._shortest(B) - 0.05 * self._width)
+            elif not self._config.axes.b.switch_at_maximum:  # the raise has ended with b + c at most 1.1 times W
+                stroke = max(0.0, min(stroke, 1.1 * self._width - self._shortest(B) - self._shortest(C)))
             look = await self._seek.go({C: -stroke, B: stroke}, self._speed)
         if not look.met(C, REVERSE):
             await self._seek.go({B: -OFF_END * self._width}, self._speed)
@@ -299,37 +318,38 @@ class HomingRun:
         if not look.at(axis, side):
             look = await self._seek.go({axis: distance}, self._speed if axis != A else self._slew())
         if not look.met(axis, side):
-            raise SwitchNotFound(axis=AXES[axis], side=side, distance=_shown(axis, abs(distance)))
+            raise SwitchNotFound(axis=AXES[axis], side=side, distance=shown(AXES[axis], abs(distance)))
         return look
 
-    async def _datum(self, axis: int, distance: float) -> None:
-        """Define the counts of `axis` at its reverse switch: back off, approach slowly, define the position.
+    async def _datum(self, axis: int, distance: float, side: str = REVERSE) -> None:
+        """Define the counts of `axis` at its switch at `side`: back off, approach slowly, define the position.
 
         The axis rests past the switch by its stopping distance, v²/2a, and by its following error while moving.
         """
-        await self._reach(axis, REVERSE, -distance)
+        away = 1.0 if side == REVERSE else -1.0
+        await self._reach(axis, side, -away * distance)
         speed = self._approach(axis)
         released = await self._seek.go(
-            {axis: RELEASE_WITHIN[axis]}, 4.0 * speed, poll=0.1, until=lambda look: not look.reverse[axis]
+            {axis: away * RELEASE_WITHIN[axis]}, 4.0 * speed, poll=0.1, until=lambda look: not look.at(axis, side)
         )
-        if released.reverse[axis]:
-            raise self._seek.contradiction(axis, REVERSE, phrase("it stays active though the axis has left it"))
-        await self._seek.go({axis: CLEAR[axis]}, 4.0 * speed)
+        if released.at(axis, side):
+            raise self._seek.contradiction(axis, side, phrase("it stays active though the axis has left it"))
+        await self._seek.go({axis: away * CLEAR[axis]}, 4.0 * speed)
         lag = 0
 
         def note(look: AxesReading) -> bool:
             nonlocal lag
-            if look.running[axis] and not look.reverse[axis]:
+            if look.running[axis] and not look.at(axis, side):
                 lag = abs(look.error[axis])
             return False
 
-        look = await self._seek.go({axis: -2.0 * BACK[axis]}, speed, poll=0.1, until=note)
-        if not look.met(axis, REVERSE):
-            raise SwitchNotFound(axis=AXES[axis], side=REVERSE, distance=_shown(axis, 2.0 * BACK[axis]))
+        look = await self._seek.go({axis: -away * 2.0 * BACK[axis]}, speed, poll=0.1, until=note)
+        if not look.met(axis, side):
+            raise SwitchNotFound(axis=AXES[axis], side=side, distance=shown(AXES[axis], 2.0 * BACK[axis]))
         past = lag + self._stopping(axis, speed)
         config = self._config.axes[axis]
-        counts = round(config.minimum * self._units.per_unit[axis] - past) - MARGIN_COUNTS[axis]
-        await self._seek.define(axis, counts)
+        end = (config.minimum if side == REVERSE else config.maximum) * self._units.per_unit[axis]
+        await self._seek.define(axis, round(end - away * past) - round(away) * MARGIN_COUNTS[axis])
 
     def _approach(self, axis: int) -> float:
         """Return the slow speed: as configured for the lines (m/s), a twentieth of its slew for the boom (rad/s)."""
@@ -364,7 +384,7 @@ class HomingRun:
         measured = self._length(axis, look) - self._stopping(axis, self._speed) / self._units.per_unit[axis]
         wanted = self._config.axes[axis].maximum
         if abs(measured / wanted - 1.0) > self._config.homing.stroke_tolerance + 0.002:
-            raise StrokeDiffers(axis=AXES[axis], measured=_shown(axis, measured), wanted=_shown(axis, wanted))
+            raise StrokeDiffers(axis=AXES[axis], measured=shown(AXES[axis], measured), wanted=shown(AXES[axis], wanted))
         await self._seek.go({axis: -BACK[axis]}, self._speed)
         return measured
 
@@ -384,9 +404,12 @@ class HomingRun:
     async def _to_pose(self) -> None:
         look = await self._seek.look()
         pose = homed_pose(self._config)
-        if self._config.deepest < 0.65 * self._width:  # b first, alone, because that raises the gripper
-            least = LOW * self._width - self._length(C, look)
-            look = await self._seek.go({B: max(pose.b, least) - self._length(B, look)}, self._speed)
+        lines = self._config.axes.b, self._config.axes.c
+        if self._config.deepest < 0.65 * self._width or not all(line.switch_at_maximum for line in lines):
+            for axis in (B, C):  # a line that becomes shorter first, alone, because that raises the gripper
+                least = LOW * self._width - self._length(B + C - axis, look)
+                shorter = max(pose[axis], least) - self._length(axis, look)
+                look = await self._seek.go({axis: min(0.0, shorter)}, self._speed)
         await self._seek.go({axis: pose[axis] - self._length(axis, look) for axis in (B, C)}, self._speed)
         await self._seek.go({A: pose.a - self._length(A, look)}, self._slew())
 
@@ -409,6 +432,31 @@ class HomingRun:
         return error
 
 
+async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, distance: float) -> tuple[float, str]:
+    """Move one axis slowly by `distance` (rad or m); return how far it moved, and why it ended early, "" if not.
+
+    A line that becomes shorter ends when it carries `ENOUGH` loads. Raises as `Seeker.go` does, and `HomingStalled`.
+    """
+    tight = False
+
+    def until(look: AxesReading) -> bool:
+        nonlocal tight
+        loads = abs(look.torque[axis]) / config.homing.torque_per_load
+        tight = tight or (
+            axis != A and distance < 0.0 and config.homing.torque_readings and look.running[axis] and loads > ENOUGH
+        )
+        return tight
+
+    before = await seeker.survey()
+    slow = config.axes.a.speed_counts / 20 / units.per_unit[A] if axis == A else 2.0 * config.homing.slow_speed
+    try:
+        after = await seeker.go({axis: distance}, slow, poll=0.05, until=until)
+    except Stall as stall:
+        raise seeker.stalled(stall, phrase("it pushes against something and no switch is active")) from stall
+    gone = (after.reference[axis] - before.reference[axis]) / units.per_unit[axis]
+    return gone, phrase("the line carries twice the load") if tight else ""
+
+
 def _safe_step(load: float, width: float) -> float:
     """Return how far both lines may be shortened [m] when the tighter line carries `load` (in loads).
 
@@ -420,7 +468,3 @@ def _safe_step(load: float, width: float) -> float:
         return 0.1 * width
     ratio = sqrt(4.0 * load * load / (4.0 * load * load - 1.0))
     return min(0.1, 0.125 * (ratio - 1.0)) * width
-
-
-def _shown(axis: int, value: float) -> str:
-    return phrase("{angle} deg", angle=f"{value * 57.29577951308232:.1f}") if axis == A else f"{value * 1000.0:.1f} mm"

@@ -27,8 +27,10 @@ from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
+from maya_un.controller import datum as datum_of_person
 from maya_un.controller import state_builder
 from maya_un.controller.command_slot import ExclusiveSlot
+from maya_un.controller.datum import GivenDatum
 from maya_un.controller.link_quality import LinkQuality
 from maya_un.controller.protocol import MotionPace, MotionRun, homing_progress
 from maya_un.controller.registers import Dial, DriverLink, Registers, Torque
@@ -91,8 +93,8 @@ async def _datum_holds(driver: Driver, config: Config, units: Units, axis: int) 
     return noted == _datum_counts(config, units, axis)
 
 
-async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None:
-    """Write the mark; `ends` are the measured long ends of lines b and c [m]."""
+async def leave(driver: Driver, ends: tuple[float, float], units: Units, given: GivenDatum | None = None) -> None:
+    """Write the mark; `ends` are the long ends of lines b and c [m], `given` is the datum if a person gave it."""
     number = int(await driver.value("TIME")) & 0x3FFFFFFF | 1
     scale = units.per_unit
     await driver.batch(
@@ -100,6 +102,7 @@ async def leave(driver: Driver, ends: tuple[float, float], units: Units) -> None
             f"ZAA={number}",
             f"mayaendb={round(ends[0] * scale[1])}",
             f"mayaendc={round(ends[1] * scale[2])}",
+            *datum_of_person.written(given, units),
             f"mayahome={number}",
         ]
     )
@@ -298,6 +301,7 @@ class Monitor:
         self.live = False
         self.seeking = False
         self.homed = False
+        self.given: GivenDatum | None = None
         self.powered = False
         self.fault: MayaError | None = None
         self.record: DataRecord | None = None
@@ -447,15 +451,22 @@ class Monitor:
         ends = await read(driver, self.config, self.units, self.here())
         if ends is None:
             return False
-        self.set_homed(ends)
+        self.set_homed(ends, await datum_of_person.read(driver, self.units))
         self.homed = self.workspace.with_zones(()).holds_grain(self.here())
         return self.homed
 
-    def set_homed(self, ends: tuple[float, float]) -> None:
-        """Take over a homing that measured these long ends of b and c [m]."""
+    def set_homed(self, ends: tuple[float, float], given: GivenDatum | None = None) -> None:
+        """Take over a homing with these long ends of b and c [m], and with the datum that a person gave, if any."""
         self.homed = True
+        self.given = given
         zones = self.workspace.zones
-        self.workspace = Workspace.of(self.config, strokes=_within(self.config, ends)).with_zones(zones)
+        whole = Workspace.of(self.config, strokes=_within(self.config, ends)).with_zones(zones)
+        self.workspace = datum_of_person.narrowed(whole) if self.uncertain else whole
+
+    @property
+    def uncertain(self) -> bool:
+        """Whether a person gave the datum, and no second point has confirmed it."""
+        return self.given is not None and not self.given.confirmed
 
     def enter_phase(self, name: str) -> None:
         """Begin a phase of homing."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from dmc41x3.language.numbers import SCALE, fixed
 from maya_un.config import Config
+from maya_un.controller.datum import GivenDatum
 from maya_un.errors import InvalidValue
 from maya_un.events import EventLog
 from maya_un.kinematics.mechanism import Floats, Mechanism
@@ -316,6 +317,26 @@ class Controller(Protocol):
 
     async def home(self) -> None:
         """Find the switches, define the counts, measure the strokes."""
+        ...
+
+    @property
+    def datum(self) -> GivenDatum | None:
+        """The datum that a person gave, None without one, and where only another process has it."""
+        ...
+
+    async def give_datum(self, joints: Joints, *, by: str) -> None:
+        """Believe `by`, a person, that the robot stands at `joints` (rad, m, m); moves nothing."""
+        ...
+
+    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
+        """Compare the position with a second point that `by` states (rad, m, m); moves nothing.
+
+        Raises `DatumRefused`, and `DatumContradicted`, after which the robot is not homed.
+        """
+        ...
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Move one axis of a robot that is not homed slowly by a short `distance` (rad or m); return the way moved."""
         ...
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:

@@ -174,7 +174,7 @@ def wanted(config: Config) -> dict[str, float]:
             f"_SD{axis.letter}": axis.limit_deceleration_counts // 1024 * 1024,
             f"_ER{axis.letter}": axis.error_limit_counts,
             f"_OE{axis.letter}": config.safety.oe,
-            f"_LD{axis.letter}": 0,
+            f"_LD{axis.letter}": (not axis.switch_at_maximum) + 2 * (not axis.switch_at_minimum),
             f"_FL{axis.letter}": 2_147_483_647,
             f"_BL{axis.letter}": -2_147_483_648,
             f"_TK{axis.letter}": 0,

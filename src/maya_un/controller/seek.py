@@ -86,9 +86,11 @@ class AxesReading:
         return self.at(axis, side) or self.stop_code[axis] == (2 if side == FORWARD else 3)
 
 
-def look_at(record: DataRecord, order: tuple[int, int, int]) -> AxesReading:
+def look_at(record: DataRecord, config: Config) -> AxesReading:
     """Return the part of a data record that concerns Maya's axes, in the order a, b, c."""
+    order = state_builder.indices(config)
     a, b, c = (record.axes[place] for place in order)
+    forward, reverse = state_builder.limits(record, config, order)
     return AxesReading(
         moving=a.moving or b.moving or c.moving,
         counts=(a.position, b.position, c.position),
@@ -96,8 +98,8 @@ def look_at(record: DataRecord, order: tuple[int, int, int]) -> AxesReading:
         error=(a.error, b.error, c.error),
         torque=(a.torque, b.torque, c.torque),
         running=(a.moving, b.moving, c.moving),
-        forward=(a.forward_limit_active, b.forward_limit_active, c.forward_limit_active),
-        reverse=(a.reverse_limit_active, b.reverse_limit_active, c.reverse_limit_active),
+        forward=forward,
+        reverse=reverse,
         stop_code=(a.stop_code, b.stop_code, c.stop_code),
         record=record,
     )
@@ -126,7 +128,7 @@ class Seeker:
 
     async def look(self) -> AxesReading:
         """Read the record, and return its part about Maya's axes."""
-        return look_at(await self._driver.record(), self._order)
+        return look_at(await self._driver.record(), self._config)
 
     async def survey(self) -> AxesReading:
         """Read the switches before anything moves, store which read active, and return the reading.

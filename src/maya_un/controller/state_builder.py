@@ -36,11 +36,25 @@ _FORWARD, _REVERSE, _ST, _ABORT_INPUT, _ERROR, _AMPLIFIER = 2, 3, 4, 6, 8, 15
 Order = tuple[int, int, int]
 """Places of Maya's axes a, b, c in the data record."""
 
+Flags = tuple[bool, bool, bool]
+"""A yes or no for each of a, b, c."""
+
 
 def indices(config: Config) -> Order:
     """Return the place in the data record of Maya's axes a, b, c, from their letters."""
     a, b, c = (LETTERS.index(axis.letter) for axis in (config.axes.a, config.axes.b, config.axes.c))
     return a, b, c
+
+
+def limits(record: DataRecord, config: Config, order: Order) -> tuple[Flags, Flags]:
+    """Return which forward and which reverse switches of a, b, c read active; an end without a switch never does.
+
+    The input of an end without a switch is open, and reads active on a controller with active-high switches.
+    """
+    places = [(config.axes[axis], record.axes[place]) for axis, place in enumerate(order)]
+    fa, fb, fc = (of.switch_at_maximum and axis.forward_limit_active for of, axis in places)
+    ra, rb, rc = (of.switch_at_minimum and axis.reverse_limit_active for of, axis in places)
+    return (fa, fb, fc), (ra, rb, rc)
 
 
 def grave(record: DataRecord, order: Order, members: Sequence[int] = (0, 1, 2)) -> MayaError | None:
@@ -119,7 +133,7 @@ class StateBuilder:
     """Turns data records (counts, bits) into states (rad, m, s)."""
 
     def __init__(self, config: Config, units: Units, mechanism: Mechanism, order: Order) -> None:
-        self._grip = config.gripper
+        self._config = config
         self._units = units
         self._mechanism = mechanism
         self._order = order
@@ -134,6 +148,7 @@ class StateBuilder:
         counts = (a.position, b.position, c.position)
         joints = self._units.to_joints(counts) if standing.homed else None
         unit = self._units.per_unit
+        forward, reverse = limits(record, self._config, self._order)
         return State(
             time=standing.time,
             mode=standing.mode,
@@ -144,8 +159,8 @@ class StateBuilder:
             velocity=(a.velocity / unit[0], b.velocity / unit[1], c.velocity / unit[2]),
             moving=a.moving or b.moving or c.moving,
             motors_on=(not a.motor_off, not b.motor_off, not c.motor_off),
-            forward_limit=(a.forward_limit_active, b.forward_limit_active, c.forward_limit_active),
-            reverse_limit=(a.reverse_limit_active, b.reverse_limit_active, c.reverse_limit_active),
+            forward_limit=forward,
+            reverse_limit=reverse,
             stop_code=(a.stop_code, b.stop_code, c.stop_code),
             gripper_closed=self.gripper_closed(record),
             progress=standing.progress,
@@ -178,8 +193,9 @@ class StateBuilder:
 
     def gripper_closed(self, record: DataRecord) -> bool:
         """Return whether the gripper is closed, from the output bit."""
-        high = bool(record.outputs[0] >> (self._grip.output - 1) & 1)
-        return high is (self._grip.closed_by == "set")
+        grip = self._config.gripper
+        high = bool(record.outputs[0] >> (grip.output - 1) & 1)
+        return high is (grip.closed_by == "set")
 
 
 def _bits(bank: int) -> tuple[bool, ...]:

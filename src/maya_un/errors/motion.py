@@ -108,6 +108,35 @@ class NotPaused(RequestError, code=2112, en="Nothing is paused. A stopped motion
     """A resume was requested, but nothing is paused."""
 
 
+class DatumNeeded(
+    RequestError,
+    code=2113,
+    en="The robot cannot find its position alone: {reason}. Bring it to a known pose with `maya datum move`, then give "
+    "the joints of that pose with `maya datum give`.",
+):
+    """A homing was requested, but the machine lacks what it needs to find its position without a person."""
+
+    reason: Phrase
+
+
+class DatumRefused(RequestError, code=2114, en="Maya cannot do this with the datum now: {reason}."):
+    """A datum, its confirmation or a guarded move is not possible in this state."""
+
+    reason: Phrase
+
+
+class DatumContradicted(
+    RequestError,
+    code=2115,
+    en="The second point contradicts the datum: axis {axis} differs by {distance}. The robot is not homed any more. "
+    "Measure both points again, then give the datum again.",
+):
+    """The robot is not where a person says after a motion from the pose that the person gave before."""
+
+    axis: str
+    distance: Phrase
+
+
 class Stopped(
     RequestError, code=2201, en="A stop command ended this motion before its end. Start it again if you still need it."
 ):

@@ -24,7 +24,7 @@ from maya_un.http.routes.jobs import add_jobs, add_previews, add_tasks, add_text
 from maya_un.http.routes.people import add_lease, add_sessions, add_tokens, add_users
 from maya_un.http.routes.places import add_geometry, add_pallets, add_poses, add_zones
 from maya_un.http.routes.queue import add_ordering, add_queue, add_recovery
-from maya_un.http.routes.robot import add_moving
+from maya_un.http.routes.robot import add_datum, add_moving
 from maya_un.http.routes.system import add_keeping, add_reading, add_recordings, add_system
 from maya_un.http.routes.twin import add_twin
 from maya_un.http.routing import Routes
@@ -77,6 +77,7 @@ def all_routes() -> Routes:
     add_recovery(routes)
     add_ordering(routes)
     add_moving(routes)
+    add_datum(routes)
     add_lease(routes)
     add_poses(routes)
     add_pallets(routes)

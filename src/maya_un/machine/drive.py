@@ -24,17 +24,19 @@ class AxisDrive:
 
     `position` and `velocity` hold at the last evaluated time. While its motor is on, the commanded position of the axis
     is its reference `lag` ago, less the `shift` by which its encoder was wrong when it was switched on; with the motor
-    off it is the actual position. `limit` is the largest motor command [V].
+    off it is the actual position. `limit` is the largest motor command [V], `pressed` the switches that a hand presses.
     """
 
     __slots__ = (
         "_lag",
         "_since",
         "active_high",
+        "fitted",
         "friction",
         "limit",
         "position",
         "powered",
+        "pressed",
         "scale",
         "shift",
         "start",
@@ -49,6 +51,7 @@ class AxisDrive:
     def __init__(self, truth: TrueConstants, axis: int, start: float) -> None:
         self.timeline = Timeline()
         self.powered = False
+        self.pressed = {"reverse": False, "forward": False}
         self.limit = MOTOR_LIMIT
         self.position = self.velocity = self.wanted = self.shift = 0.0
         self.start = start
@@ -56,11 +59,12 @@ class AxisDrive:
         self.friction = truth.friction[axis]
         self.stiffness = truth.stall_stiffness[axis]
         self.active_high = truth.active_high[axis]
+        self.fitted = truth.fitted[axis]
         reverse, forward = truth.switches[axis]
         gap = truth.gaps[axis]
         self.switches = self.counts(reverse), self.counts(forward)
         self.stops = self.counts(reverse - gap), self.counts(forward + gap)
-        self._lag = truth.lag[axis]
+        self._lag = 0.0 if truth.wiring.closed_apart(axis) else truth.lag[axis]
         self._since = 0.0
 
     def counts(self, q: float) -> float:
@@ -155,10 +159,21 @@ class AxisDrive:
         met = self.timeline.crossing(level + self.shift, self.source(t0), self.source(t1), rising)
         return None if met is None else met + self._lag
 
+    def levels(self) -> tuple[bool, bool]:
+        """Return whether the inputs of the reverse and the forward switch are electrically high; an open one is."""
+        inputs = zip(self.sensed(), self.active_high, self.fitted, strict=True)
+        reverse, forward = (not fitted or active == high for active, high, fitted in inputs)
+        return reverse, forward
+
     def active(self) -> tuple[bool, bool]:
         """Return whether the reverse and the forward switch are active."""
         reverse, forward = self.switches
         return self.position <= reverse + _EDGE, self.position >= forward - _EDGE
+
+    def sensed(self) -> tuple[bool, bool]:
+        """Return whether the reverse and the forward switch are active, by the axis or by a hand."""
+        reverse, forward = self.active()
+        return reverse or self.pressed["reverse"], forward or self.pressed["forward"]
 
     def switching(self, t0: float, t1: float) -> float | None:
         """Return the first time in (t0, t1] of free motion at which a switch changes [s]."""

@@ -19,7 +19,7 @@ from dmc41x3.twin.plant import CONTACT_STEP, TORQUE_LIMIT, Sensing
 from dmc41x3.twin.timeline import FLAT, Timeline, TimelinePiece
 from maya_un.machine.drive import GIVE, AxisDrive
 from maya_un.machine.log import MechanicsListener, MechanicsLog, MechanicsRecord, PartTable, Place, Trace, Window
-from maya_un.machine.truth import Floats, LoadStatics, StartPose, Statics, Triple, TrueConstants
+from maya_un.machine.truth import Floats, LoadStatics, StartPose, Statics, Switch, Triple, TrueConstants
 
 SAMPLE = 0.05
 """Longest time between two samples of free motion in the record [s]."""
@@ -78,6 +78,7 @@ class MayaMechanics:
         self._epoch = 0
         self._sensing = Sensing()
         self._stepping = not self._truth.self_locking
+        self._supported = False
         self._outlook = _Outlook(-1, 0.0, inf, inf)
         self._table = PartTable(parts or {}, closed=not self._truth.gripper_closes_on)
         self._book = MechanicsLog(self._instant())
@@ -210,10 +211,8 @@ class MayaMechanics:
     def inputs(self, axis: int) -> tuple[bool, bool, bool]:
         """Return the electrical levels (true = high) of forward limit, reverse limit and home input."""
         own = self._own[axis]
-        drive = self._drives[own]
-        reverse, forward = drive.active()
-        reverse_high, forward_high = drive.active_high
-        return self._sensing.inputs(own, (forward == forward_high, reverse == reverse_high, True))
+        reverse, forward = self._drives[own].levels()
+        return self._sensing.inputs(own, (forward, reverse, True))
 
     def power(self, axis: int, on: bool) -> None:
         """Switch a motor on or off; without power a self-locking drum stays, another pays out its line."""
@@ -247,6 +246,17 @@ class MayaMechanics:
         drop = self._table.open(gripper, self._now)
         if carried is not None:
             self._book.release(carried, self._table.places(gripper)[carried], drop)
+
+    def press(self, own: int, side: Switch, *, down: bool) -> None:
+        """Press a limit switch of a (0), b (1) or c (2) by hand, or let it go; the machine sees it at its next look."""
+        self._drives[own].pressed[side] = down
+
+    def support(self, on: bool) -> None:
+        """Support the gripper, so that a drum without power pays out no line; or take the support away."""
+        self._write()
+        self._supported = on
+        self._epoch += 1
+        self._stepping = self._stepping or any(map(self._pays_out, (1, 2)))
 
     def fail_encoder(self, axis: int, on: bool) -> None:
         """Make an encoder stop counting, or continue from its last count; the body and its record are unchanged."""
@@ -374,7 +384,7 @@ class MayaMechanics:
 
     def _pays_out(self, axis: int) -> bool:
         drive = self._drives[axis]
-        free = axis > 0 and not drive.powered and not self._truth.self_locking
+        free = axis > 0 and not drive.powered and not self._truth.self_locking and not self._supported
         return free and drive.position < drive.stops[1]
 
     def _step(self, t: float) -> None:

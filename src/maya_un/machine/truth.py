@@ -25,6 +25,8 @@ from typing import Literal, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from maya_un.machine.wiring import WIRED, Wiring
+
 Pair = tuple[float, float]
 Triple = tuple[float, float, float]
 Levels = tuple[bool, bool]
@@ -55,7 +57,8 @@ class TrueConstants:
     tension of one load [V], `lag` the delay of an axis behind its reference [s], `stall_stiffness` the increase of the
     command with the following error of a blocked axis [V/count], `fall_speed` the speed at which a drum that does not
     lock pays out under load with its motor off [m/s]. `active_high` is whether a switch's input is electrically high
-    when it is active. `letters` are the axes of the controller that drive a, b and c.
+    when it is active. `fitted` is whether there is a switch; without one, its input is open, and high. `letters` are
+    the axes of the controller that drive a, b and c. `wiring` has the mistakes between cabinet and motors.
     """
 
     height: float = 2.35
@@ -73,9 +76,11 @@ class TrueConstants:
     self_locking: bool = True
     fall_speed: float = 0.05
     active_high: tuple[Levels, Levels, Levels] = ((False, False), (False, False), (False, False))
+    fitted: tuple[Levels, Levels, Levels] = ((True, True), (True, True), (True, True))
     gripper_output: int = 1
     gripper_closes_on: bool = False
     letters: str = "ABC"
+    wiring: Wiring = WIRED
 
     @property
     def width(self) -> float:

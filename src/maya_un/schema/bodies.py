@@ -75,6 +75,23 @@ class JogBy:
 
 
 @dataclass(frozen=True, slots=True)
+class StatedPose:
+    """The joints in which a person sees the robot (rad, m, m)."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    joints: tuple[Distance, Distance, Distance]
+
+
+@dataclass(frozen=True, slots=True)
+class GuardedMove:
+    """A slow move of one axis by a distance [rad or m], before homing."""
+
+    __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
+    axis: Literal["a", "b", "c"]
+    distance: Distance
+
+
+@dataclass(frozen=True, slots=True)
 class JogHold:
     """Jog along one axis for as long as this request is repeated, at least twice a second.
 

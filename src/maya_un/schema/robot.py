@@ -20,6 +20,7 @@ class Status:
     `holding` is None if unknown. `last_event` is the number of the newest event. `run` counts the starts of the
     program; without a stored queue it is the date of the start as digits. Each start numbers its events from 1.
     `jobs` has the running job and the first waiting ones. `queue` is the mode of the queue, `reason` why it is paused.
+    With an `unconfirmed` datum, which a person gave, motion is slow and bounded.
     """
 
     version: str
@@ -34,6 +35,7 @@ class Status:
     run: int = 1
     queue: QueueMode = QueueMode.RUNNING
     reason: str = ""
+    unconfirmed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +107,21 @@ class MotionView:
     began: float | None = None
     path: tuple[PathPoint, ...] = ()
     next: NextStep | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DatumView:
+    """The datum that a person gave to the robot: its joints (rad, m, m), and whether a second point `confirmed` it.
+
+    Both are None without one. If a person is `needed`, homing cannot find the position alone; `reason` says why.
+    `homed_pose` is where a homing ends.
+    """
+
+    needed: bool
+    reason: str
+    given: Joints | None
+    confirmed: bool | None
+    homed_pose: Joints
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from collections import deque
 from collections.abc import Callable, Coroutine
 from contextlib import suppress
 from math import cos, hypot
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from dmc41x3.i18n import phrase
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
@@ -31,7 +31,10 @@ from maya_un.process.process import Process
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
+from maya_un.service.access.operations import Caller
 from maya_un.values import JogDirection, Joints
+
+T = TypeVar("T")
 
 PATIENCE = 0.5
 """A held jog that is not renewed within this time stops [s]."""
@@ -255,7 +258,7 @@ class DirectCommands:
         self._controller = controller
         self._halt_jogs = halt_jogs
         self._doing = ""
-        self._task: asyncio.Task[None] | None = None
+        self._task: asyncio.Task[Any] | None = None
 
     @property
     def doing(self) -> str:
@@ -270,6 +273,18 @@ class DirectCommands:
     async def home(self) -> None:
         """Home: find the switches, define the counts, measure the strokes."""
         await self._do("home", self._controller.home())
+
+    async def give_datum(self, joints: Joints, by: Caller) -> None:
+        """Believe a person that the robot stands at `joints` (rad, m, m)."""
+        await self._do("datum", self._controller.give_datum(joints, by=by.name))
+
+    async def confirm_datum(self, joints: Joints, by: Caller) -> None:
+        """Compare the position with the second point that a person states (rad, m, m)."""
+        await self._do("datum", self._controller.confirm_datum(joints, by=by.name))
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Move one axis of a robot that is not homed by `distance` (rad or m); return the distance moved."""
+        return await self._do("guarded move", self._controller.guarded_move(axis, distance))
 
     async def move(self, target: Joints) -> None:
         """Go to `target` (rad, m, m), in a straight line in joint space."""
@@ -308,20 +323,20 @@ class DirectCommands:
         if self._task is not None:
             await asyncio.wait({self._task})
 
-    async def _do(self, name: str, work: Coroutine[Any, Any, None]) -> None:
+    async def _do(self, name: str, work: Coroutine[Any, Any, T]) -> T:
         try:
             self.require_free()
             with self._process.turns.aside(name):
-                await self._carried(name, work)
+                return await self._carried(name, work)
         finally:
             work.close()
 
-    async def _carried(self, name: str, work: Coroutine[Any, Any, None]) -> None:
+    async def _carried(self, name: str, work: Coroutine[Any, Any, T]) -> T:
         """Carry out a command in a separate task; the caller returns when it has ended, cancelled or not."""
         self._doing = name
         self._task = task = asyncio.get_running_loop().create_task(work, name=f"direct {name}")
         try:
-            await run_to_rest(task)
+            return await run_to_rest(task)
         except asyncio.CancelledError:
             if is_caller_cancelled():
                 raise

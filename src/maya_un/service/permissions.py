@@ -101,6 +101,7 @@ ACTIONS: dict[str, UserAction] = {
     "speed": UserAction((Operation.SPEED,), (connected,)),
     "pause": UserAction((Operation.PAUSE,), (healthy, pausable)),
     "resume": UserAction((Operation.RESUME,), (connected, paused)),
+    "datum": UserAction((Operation.DATUM,), (free, healthy)),
     "recover": UserAction((Operation.RECOVER,), (connected, faulted)),
     "submit": UserAction((Operation.SUBMIT, Operation.PROPOSE), (healthy,)),
     "approve": UserAction((Operation.APPROVE,)),

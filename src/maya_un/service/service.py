@@ -36,6 +36,7 @@ from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
 from maya_un.schema.previews import JobInspection, JobPreview, Reach
 from maya_un.schema.robot import (
+    DatumView,
     HeldJog,
     Jogged,
     LinkView,
@@ -280,6 +281,17 @@ class Service:
         """
         await self._controller.recover(take_over=take_over)
 
+    def datum(self) -> DatumView:
+        """Return whether homing needs a person, and the datum that a person gave."""
+        given, needed = self._controller.datum, self._config.person_needed
+        return DatumView(
+            needed=bool(needed),
+            reason=needed,
+            given=None if given is None else given.joints,
+            confirmed=None if given is None else given.confirmed,
+            homed_pose=homed_pose(self._config),
+        )
+
     @property
     def state(self) -> State:
         """The latest state of the machine."""
@@ -369,7 +381,7 @@ class Service:
     async def status(self) -> Status:
         """Return the current status."""
         jobs = self._process.shown.first_lines()
-        mode = self._process.shown.mode
+        mode, given = self._process.shown.mode, self._controller.datum
         return Status(
             version=maya_un.__version__,
             address=self._address,
@@ -383,6 +395,7 @@ class Service:
             run=self._controller.events.run,
             queue=mode,
             reason=self._process.shown.reason,
+            unconfirmed=given is not None and not given.confirmed,
         )
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:

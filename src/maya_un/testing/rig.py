@@ -13,6 +13,7 @@ from maya_un.assembly import machine_of
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.miswired import built
 from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.values import Point
 
@@ -45,13 +46,13 @@ async def rig(
     Raises the errors of `GalilController.open`. Use it in virtual time (`run_virtual`), where it takes no real time.
     """
     chosen = Config() if config is None else config
-    mechanics = MayaMechanics(
+    mechanics, plant = built(
         machine_of(chosen) if truth is None else truth,
         StartPose() if start is None else start,
-        parts=parts or {},
+        parts,
         trace=trace,
     )
-    virtual = VirtualController(VirtualDmc(mechanics))
+    virtual = VirtualController(VirtualDmc(plant))
 
     async def dial() -> Transport:
         return virtual.loopback()

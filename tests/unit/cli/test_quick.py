@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.address import NetworkAddress
 from maya_un import runtime
 from maya_un.cli import quick
 from maya_un.cli.main import main
@@ -28,7 +29,7 @@ STATE: dict[str, Any] = {
 STATUS: dict[str, Any] = {"address": "sim", "state": STATE, "progress": None, "jobs": [], "last_event": 3}
 
 
-def published(monkeypatch: pytest.MonkeyPatch, url: str, address: tuple[str, int] | None = None) -> None:
+def published(monkeypatch: pytest.MonkeyPatch, url: str, address: NetworkAddress | None = None) -> None:
     """Have commands find a service."""
     monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, address))
 
@@ -66,7 +67,7 @@ def test_stop_at_rest_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytes
 def test_a_service_that_hangs_is_passed_by(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     record = data_record(MOVING, MOVING | COORDINATED, MOVING | COORDINATED)
     with hanging_service() as url, controller(record) as (port, said):
-        published(monkeypatch, url, ("127.0.0.1", port))
+        published(monkeypatch, url, NetworkAddress("127.0.0.1", port))
         assert main(["stop"]) == 0
     assert said == [b"ST S", b"QR", b"ST A"]
     assert "ABC began to brake" in capsys.readouterr().out
@@ -75,7 +76,7 @@ def test_a_service_that_hangs_is_passed_by(monkeypatch: pytest.MonkeyPatch, caps
 def test_a_service_that_lost_its_link_is_passed_by(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = {"code": 1010, "details": {}}
     with http_service(lambda *_: (409, problem)) as url, controller(data_record(0, 0, 0)) as (port, said):
-        published(monkeypatch, url, ("127.0.0.1", port))
+        published(monkeypatch, url, NetworkAddress("127.0.0.1", port))
         assert main(["stop"]) == 0
     assert said[0] == b"ST S"
 
@@ -83,7 +84,7 @@ def test_a_service_that_lost_its_link_is_passed_by(monkeypatch: pytest.MonkeyPat
 def test_other_program_at_our_old_port_is_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     answer = {"was_moving": True, "duration": 1.0, "distance": [0.0, 0.0, 0.0]}
     with http_service(lambda *_: (200, answer), ours=False) as url, controller(data_record(0, 0, 0)) as (port, said):
-        published(monkeypatch, url, ("127.0.0.1", port))
+        published(monkeypatch, url, NetworkAddress("127.0.0.1", port))
         assert main(["status"]) == 1
         assert main(["stop"]) == 0
     assert said[0] == b"ST S"

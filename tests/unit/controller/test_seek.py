@@ -56,7 +56,8 @@ def test_a_look_puts_the_axes_in_mayas_order() -> None:
         AxisRecord(position=10, switches=AxisSwitches.REVERSE_INACTIVE),
         AxisRecord(position=20, switches=AxisSwitches.FORWARD_INACTIVE),
     )
-    look = look_at(record, (1, 2, 0))
+    letters = {"a": {"letter": "B"}, "b": {"letter": "C"}, "c": {"letter": "A"}}
+    look = look_at(record, parse({"axes": letters}))
     assert (look.counts, look.reference, look.error) == ((10, 20, 30), (0, 0, 31), (0, 0, 1))
     assert (look.stop_code, look.running) == ((0, 0, 3), (False, False, True))
     assert look.torque == pytest.approx((0.0, 0.0, 10.0), abs=1e-3)
@@ -67,7 +68,7 @@ def test_a_look_puts_the_axes_in_mayas_order() -> None:
 
 @pytest.mark.parametrize(("stop_code", "forward", "reverse"), [(1, False, False), (2, True, False), (3, False, True)])
 def test_switch_that_released_again_was_still_met(stop_code: int, forward: bool, reverse: bool) -> None:
-    look = look_at(record_of(AxisRecord(stop_code=stop_code), AxisRecord(), AxisRecord()), (0, 1, 2))
+    look = look_at(record_of(AxisRecord(stop_code=stop_code), AxisRecord(), AxisRecord()), Config())
     assert (look.met(A, FORWARD), look.met(A, REVERSE)) == (forward, reverse)
     assert not look.met(B, FORWARD)
 

@@ -15,7 +15,7 @@ from functools import partial
 from itertools import pairwise
 from typing import Protocol, TypeAlias
 
-from dmc41x3.address import SIM, split
+from dmc41x3.address import SIM, parse
 from dmc41x3.cli.connection import TIMEOUT, Dial
 from dmc41x3.cli.console import ALONE, Site
 from dmc41x3.cli.terminal import completion
@@ -73,11 +73,11 @@ async def stop(driver: Driver) -> StopOutcome:
 
 
 def stop_directly(place: str) -> Callable[[], StopOutcome] | None:
-    """Return a function that stops the controller over a separate handle; None for a twin, which has no address.
+    """Return a function that stops the controller over a separate connection; None for a twin, which has no address.
 
     The function blocks; see `emergency.stop`.
     """
-    return None if place == SIM else partial(emergency.stop, *split(place), _PATIENCE)
+    return None if place == SIM else partial(emergency.stop, parse(place), _PATIENCE)
 
 
 _SERIAL = ord("S")

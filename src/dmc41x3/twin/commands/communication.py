@@ -53,7 +53,7 @@ def _close(context: CallerContext, which: str, kind: str) -> None:
         closing = [handle for handle in handles if handle is not None and handle is not caller]
     else:
         handle = caller if which == "S" else handles.at(which)
-        if handle is None:
+        if handle is None or handle.kind is HandleProtocol.SERIAL:
             raise Rejection(ErrorCode.HANDLE_CLOSED)
         closing = [handle]
     for handle in closing:
@@ -89,7 +89,7 @@ def _swap(context: CallerContext, text: str) -> Answer:
     form = _SWAP.fullmatch(text)
     if form is None:
         raise Rejection(ErrorCode.OPERAND_ERROR)
-    if "S" in form.groups() and context.caller is None:
+    if "S" in form.groups() and (context.caller is None or context.caller.kind is HandleProtocol.SERIAL):
         raise Rejection(ErrorCode.NOT_IN_PROGRAM)
     own = -1 if context.caller is None else context.caller.index
     first, second = (own if name == "S" else LETTERS.index(name) for name in form.groups())
@@ -109,7 +109,7 @@ def _block(context: CallerContext, text: str) -> Answer:
 def _address(context: CallerContext, text: str) -> Answer:
     """IA: the controller's address, or with `<` the samples between two attempts on a silent TCP handle.
 
-    The twin then reports the new address; the address on which it listens does not change.
+    The twin moves to the new address if that is one of the loopback; all its network connections then end.
     """
     network = context.unit.network
     body, less, retry = text.partition("<")
@@ -152,7 +152,8 @@ def _dhcp(context: CallerContext, text: str) -> Answer:
 
 
 def _who(context: CallerContext, _: str) -> Answer:
-    return "USB" if context.caller is None else f"IH{context.caller.letter}"
+    caller = context.caller
+    return "USB" if caller is None or caller.kind is HandleProtocol.SERIAL else f"IH{caller.letter}"
 
 
 def _list(context: CallerContext, _: str) -> Answer:

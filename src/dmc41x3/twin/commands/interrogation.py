@@ -119,6 +119,9 @@ _TOKEN = re.compile(
 _DIGITS = re.compile(r"([FZ$])([0-9]{1,2})(?:\.([0-9]))?")
 _STRING = re.compile(r"S([1-6]?)")
 
+_SERIAL_PORTS = {"P1": "S", "P2": "T"}
+"""Ports of CF that MG names by number: the main serial port and the auxiliary one."""
+
 _Print = Callable[[CallerContext], str]
 
 
@@ -146,7 +149,7 @@ def _message(context: CallerContext, text: str) -> Answer:
     data = line.encode("latin-1", "replace")
     if not message.to and context.thread is None:
         return data
-    if message.to[:1] != "P" and not context.unit.outlet.say(data, message.to[1:]):
+    if not context.unit.outlet.say(data, _SERIAL_PORTS.get(message.to, message.to[1:])):
         raise Rejection(ErrorCode.HANDLE_CLOSED)
     return None
 

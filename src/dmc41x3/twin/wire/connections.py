@@ -1,20 +1,26 @@
-"""Connections of the virtual controller: TCP, UDP and memory, accepted or opened by itself (IH)."""
+"""Connections of the virtual controller: TCP, UDP and memory, accepted or opened by itself (IH), and a serial port."""
 
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
+import tty
 from collections.abc import Coroutine
+from contextlib import suppress
 from typing import NamedTuple, Protocol, cast
 
 from dmc41x3 import listening
 from dmc41x3.errors import AddressInUse
 from dmc41x3.twin.network import RETRIES, Attempt, Handle, HandleProtocol
+from dmc41x3.wire.bootp import AddressReply, AddressRequest, DhcpKind, parse_reply, request
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport
 
 SEGMENT = 450
 """Most bytes of a reply in one packet; a longer reply is sent in several."""
 
+
+_PIECE = 4096
 
 _MOST_UNREAD = 4 * 1024 * 1024
 """Most bytes that wait for a host that does not read; with more, the connection ends, as after retries."""
@@ -157,6 +163,59 @@ class LoopbackLink:
         """End the connection; data under way are lost."""
         self._open = False
         self._end.cut()
+
+
+class SerialLink:
+    """The main serial port: a pseudo terminal, whose path other programs open like that of a serial port."""
+
+    def __init__(self, owner: LinkOwner) -> None:
+        self._owner = owner
+        self._loop = asyncio.get_running_loop()
+        self._handle: Handle | None = None
+        # Its other side stays open too, or it would hang up after each program that uses the port.
+        self._file, self._other = os.openpty()
+        tty.setraw(self._other)
+        os.set_blocking(self._file, False)
+        self._unsent = b""
+        self._open = True
+        self.path = os.ttyname(self._other)
+
+    def run(self, handle: Handle) -> None:
+        """Pass received bytes to the owner from now on."""
+        self._handle = handle
+        self._loop.add_reader(self._file, self._readable)
+
+    def send(self, data: bytes) -> None:
+        """Send bytes; what exceeds the buffer while no program reads is lost."""
+        if self._open and len(self._unsent) + len(data) <= _MOST_UNREAD:
+            self._unsent += data
+            self._writable()
+
+    def close(self) -> None:
+        """Close the port; programs that use it find it hung up, as if its adapter was unplugged."""
+        if self._open:
+            self._open = False
+            self._loop.remove_reader(self._file)
+            self._loop.remove_writer(self._file)
+            os.close(self._other)
+            os.close(self._file)
+
+    def cut(self) -> None:
+        """Close the port at once."""
+        self.close()
+
+    def _readable(self) -> None:
+        data = os.read(self._file, _PIECE)
+        if self._handle is not None:
+            self._owner.received(self._handle, data)
+
+    def _writable(self) -> None:
+        with suppress(BlockingIOError):
+            self._unsent = self._unsent[os.write(self._file, self._unsent) :]
+        if self._unsent:
+            self._loop.add_writer(self._file, self._writable)
+        else:
+            self._loop.remove_writer(self._file)
 
 
 Peer = tuple[str, int]
@@ -347,6 +406,50 @@ async def _connected(caller: DialOwner, handle: Handle) -> WireLink:
 
 _ATTEMPTS = 20
 """Number of attempts to find a port that is free for both TCP and UDP."""
+
+
+_FIRST_WAIT, _LONGEST_WAIT = 1.0, 16.0
+"""Shortest and longest time between two requests for an address [s]."""
+
+
+class _Answers(asyncio.DatagramProtocol):
+    """Receives the answers to the requests for an address, after `mac` and `number` have been compared."""
+
+    def __init__(self, mac: str, number: int) -> None:
+        self._mac = mac
+        self._number = number
+        self.received: asyncio.Queue[AddressReply] = asyncio.Queue()
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        found = parse_reply(data)
+        if found is not None and (found.mac, found.number) == (self._mac, self._number):
+            self.received.put_nowait(found)
+
+    def error_received(self, exc: Exception) -> None:
+        """Ignore errors: no server listens yet."""
+
+
+async def ask_for_address(server: tuple[str, int], mac: str, *, dhcp: bool) -> AddressReply:
+    """Ask a server for an address by DHCP or BOOTP until it answers, as a controller without one does."""
+    number = int(mac.replace(":", "")[-8:], 16)
+    answers = _Answers(mac, number)
+    socket, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: answers, remote_addr=server)
+    asked, wait = AddressRequest(mac, number, DhcpKind.DISCOVER if dhcp else DhcpKind.NONE), _FIRST_WAIT
+    try:
+        while True:
+            socket.sendto(request(asked))
+            try:
+                async with asyncio.timeout(wait):
+                    found = await answers.received.get()
+            except TimeoutError:
+                wait = min(2.0 * wait, _LONGEST_WAIT)
+                asked = AddressRequest(mac, number, DhcpKind.DISCOVER if dhcp else DhcpKind.NONE)
+                continue
+            if found.kind is not DhcpKind.OFFER:
+                return found
+            asked = AddressRequest(mac, number, DhcpKind.REQUEST, found.server, found.address)
+    finally:
+        socket.close()
 
 
 class ListeningPort(NamedTuple):

@@ -1,22 +1,34 @@
-"""The virtual controller with its connections: TCP, UDP or memory, on the clock of the running event loop.
+"""The virtual controller with its connections: TCP, UDP, a serial port or memory.
 
-The machine is advanced to the present whenever data arrive or its state is read; a timer runs only while a program
-runs, or records are sent by themselves.
+Its clock is that of the running event loop. The machine is advanced to the present whenever data arrive or its state is
+read; a timer runs only while a program runs, or records are sent by themselves.
 """
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Coroutine
+from ipaddress import IPv4Address
 from math import inf, nextafter
 
+from dmc41x3.errors import AddressInUse
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.memory import Memory
-from dmc41x3.twin.network import RETRIES, Handle, HandleProtocol
+from dmc41x3.twin.network import RETRIES, Handle, HandleProtocol, quad
 from dmc41x3.twin.plant import ServoBench
-from dmc41x3.twin.wire.connections import ListeningPort, LoopbackLink, LoopbackPort, WireLink, dial, listen
+from dmc41x3.twin.wire.connections import (
+    ListeningPort,
+    LoopbackLink,
+    LoopbackPort,
+    SerialLink,
+    WireLink,
+    ask_for_address,
+    dial,
+    listen,
+)
 from dmc41x3.twin.wire.faults import Disturbance
 from dmc41x3.twin.wire.injection import Faults
+from dmc41x3.wire.bootp import parse_mac
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
 
 TICK = 1.0 / 256.0
@@ -41,6 +53,10 @@ class VirtualController:
         self._orphans: dict[Handle, WireLink] = {}
         self._due: dict[WireLink, float] = {}
         self._listeners: list[ListeningPort] = []
+        self._host = ""
+        self._address = machine.unit.network.address
+        self._moving: asyncio.Task[None] | None = None
+        self._asking: asyncio.Task[None] | None = None
         self._ports: list[LoopbackPort] = []
         self._tasks: set[asyncio.Task[None]] = set()
         self._dials: dict[Handle, asyncio.Task[None]] = {}
@@ -86,7 +102,63 @@ class VirtualController:
         """
         listener = await listen(self, host, port, udp=udp)
         self._listeners.append(listener)
+        self._host = host
         return listener.address
+
+    def ask_for_address(self, server: tuple[str, int]) -> None:
+        """Forget the address, and ask a BOOTP or DHCP server (see DH) for one until it answers."""
+        self._machine.unit.network.address = self._address = (0, 0, 0, 0)
+        self._asking = self._loop.create_task(self._ask_for_address(server))
+        self._keep(self._asking)
+
+    async def _ask_for_address(self, server: tuple[str, int]) -> None:
+        unit = self._machine.unit
+        mac = parse_mac(unit.identity.hardware_address)
+        found = await ask_for_address(server, mac, dhcp=unit.network.dhcp)
+        unit.network.address, unit.network.mask = quad(found.address), quad(found.mask)
+        self._after()
+
+    async def _move(self, host: str) -> None:
+        """Listen on another address of this computer; all connections to the old one end."""
+        for place, listener in enumerate(self._listeners):
+            if listener.address[0] == host:
+                continue
+            try:
+                moved = await listen(self, host, listener.address[1], udp=listener.udp is not None)
+            except AddressInUse as error:
+                self._machine.unit.note(f"the twin still listens at {listener.address[0]}: {error}")
+                continue
+            self._listeners[place] = moved
+            listener.close()
+            for handle in [handle for handle, link in self._links.items() if link is not self._serial_link]:
+                self._links[handle].close()
+                self._release(handle)
+
+    @property
+    def address(self) -> tuple[str, int]:
+        """The first address at which the controller listens."""
+        return self._listeners[0].address
+
+    @property
+    def _serial_link(self) -> WireLink | None:
+        serial = self._machine.unit.handles.serial
+        return None if serial is None else self._links.get(serial)
+
+    def serve_serial(self) -> str:
+        """Connect the main serial port to a pseudo terminal and return its path; it is an address of the machine."""
+        link = SerialLink(self)
+        handle = self._machine.plug()
+        self._links[handle] = link
+        link.run(handle)
+        return link.path
+
+    def unplug(self) -> None:
+        """Pull the cable out of the main serial port."""
+        handle = self._machine.unit.handles.serial
+        if handle is not None:
+            link = self._links[handle]
+            self._release(handle)
+            link.cut()
 
     def loopback(self) -> LoopbackTransport:
         """Return the host's end of a new connection in memory; a refused connection ends at once."""
@@ -170,6 +242,10 @@ class VirtualController:
         self.faults.close()
         if self._timer is not None:
             self._timer.cancel()
+        for task in (self._asking, self._moving):
+            if task is not None:
+                task.cancel()
+                await asyncio.wait({task})
         listeners, self._listeners = self._listeners, []
         for listener in listeners:
             listener.close()
@@ -206,7 +282,7 @@ class VirtualController:
 
     def received(self, handle: Handle, data: bytes) -> None:
         """Pass bytes of a connection to the machine and send its answers and messages."""
-        if self.wire.silent and handle in self.wire.silent:
+        if (self.wire.silent and handle in self.wire.silent) or self._off:
             return
         if self.tap is not None:
             self.tap(handle.letter, "rx", data)
@@ -243,6 +319,7 @@ class VirtualController:
         for handle in self._machine.unit.handles.take_dialing():
             self._dial(handle)
         self._close_released()
+        self._follow_address()
         wake = self._machine.wake() + self._epoch
         if wake == inf:
             return  # an earlier timer may still fire, without anything to do
@@ -252,6 +329,19 @@ class VirtualController:
             self._timer = None
         if self._timer is None:
             self._timer = self._loop.call_at(wake, self._tick)
+
+    def _follow_address(self) -> None:
+        """Listen at the controller's address (IA) if it is one of the loopback; at any other, at the first one."""
+        address = self._machine.unit.network.address
+        if address == self._address or not self._listeners:
+            return
+        self._address = address
+        host = str(IPv4Address(bytes(address)))
+        before, self._moving = self._moving, None
+        if before is not None:
+            before.cancel()
+        self._moving = self._loop.create_task(self._move(host if IPv4Address(host).is_loopback else self._host))
+        self._keep(self._moving)
 
     def _tick(self) -> None:
         self._timer = None

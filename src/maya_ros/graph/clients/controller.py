@@ -22,6 +22,7 @@ from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
 from maya_ros.graph.protocol import Feedback, Graph, Message
 from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, OUTPUT, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
 from maya_un.config import Config, Units
+from maya_un.controller.datum import GivenDatum
 from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import Jogging, MotionPlan, Planner, name_of
 from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview, homing_progress, require_output
@@ -367,6 +368,23 @@ class GraphController:
             raise NotOverRos(request="recover with take_over")
         await self._call(RECOVER, {})
         await self._watch.until(lambda: self.state.mode is not Mode.FAULT, SETTLES)
+
+    @property
+    def datum(self) -> GivenDatum | None:
+        """None: the datum stays in the process of the controller."""
+        return None
+
+    async def give_datum(self, joints: Joints, *, by: str) -> None:
+        """Raise `NotOverRos`."""
+        raise NotOverRos(request="a datum")
+
+    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
+        """Raise `NotOverRos`."""
+        raise NotOverRos(request="a datum")
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Raise `NotOverRos`."""
+        raise NotOverRos(request="a guarded move")
 
     async def _do(self, row: Row, goal: Message, feedback: Feedback) -> None:
         """Carry out a motion, and return when the topics show its end."""

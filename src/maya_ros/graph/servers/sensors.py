@@ -140,14 +140,16 @@ class SensorServer:
 
 def raw_message(record: DataRecord, config: Config, seconds: float) -> Message:
     """Return a record as maya_controller/RawSensorData, by axis a, b, c."""
-    axes = [record.axes[place] for place in state_builder.indices(config)]
+    order = state_builder.indices(config)
+    axes = [record.axes[place] for place in order]
+    forward, reverse = state_builder.limits(record, config, order)
     high = record.output(config.gripper.output)
     return {
         "header": header(seconds),
         "position": [axis.position for axis in axes],
         "velocity": [float(axis.velocity) for axis in axes],
-        "forward_limit": [axis.forward_limit_active for axis in axes],
-        "reverse_limit": [axis.reverse_limit_active for axis in axes],
+        "forward_limit": list(forward),
+        "reverse_limit": list(reverse),
         "moving": [axis.moving for axis in axes],
         "motor_off": [axis.motor_off for axis in axes],
         "stop_code": [axis.stop_code for axis in axes],

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+import _signal as signals  # `signal` is slow to import: until then, Ctrl-C would show a traceback
 import os
-import signal
-import threading
-from types import FrameType
 
 
-def _end(_number: int, _frame: FrameType | None) -> None:
+def _end(_number: int, _frame: object) -> None:
     os._exit(0)
 
 
 # The imports of a node take a second. Until then, the program can end at once: there is nothing to release.
-if (
-    threading.current_thread() is threading.main_thread()
-    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-):
-    signal.signal(signal.SIGINT, _end)
+if signals.getsignal(signals.SIGINT) is signals.default_int_handler:
+    try:  # noqa: SIM105 - contextlib is slow to import too
+        signals.signal(signals.SIGINT, _end)
+    except ValueError:  # only the main thread may set a handler
+        pass

@@ -64,6 +64,8 @@ def take(
 
     With --for TIME the command returns at once, and you hold the lease for TIME. All your commands on this machine
     use the lease.
+
+    Example: maya lease take --note "lesson 3" --for 45min
     """
     from maya_un.cli.access import lease
 
@@ -72,21 +74,30 @@ def take(
 
 
 def release(context: typer.Context) -> int:
-    """Give the lease back."""
+    """Give the lease back.
+
+    Example: maya lease release
+    """
     from maya_un.cli.access import lease
 
     return lease.release(settings_of(context))
 
 
 def offer(context: typer.Context, name: Name) -> int:
-    """Offer your lease to another user, who can take it within one minute."""
+    """Offer your lease to another user, who can take it within one minute.
+
+    Example: maya lease offer ana
+    """
     from maya_un.cli.access import lease
 
     return lease.offer(name, settings_of(context))
 
 
 def ask(context: typer.Context) -> int:
-    """Ask the driver for the lease. All users see the request."""
+    """Ask the driver for the lease. All users see the request.
+
+    Example: maya lease ask
+    """
     from maya_un.cli.access import lease
 
     return lease.ask(settings_of(context))
@@ -109,6 +120,8 @@ def add(
     """Add a user and show a token for this user.
 
     Add an admin first: `maya user add NAME --role admin`.
+
+    Example: maya user add ana --role operator
     """
     from maya_un.cli.access import users
 
@@ -116,7 +129,10 @@ def add(
 
 
 def listed(context: typer.Context) -> int:
-    """List all users."""
+    """List all users.
+
+    Example: maya user list
+    """
     from maya_un.cli.access import users
 
     return users.listed(settings_of(context))
@@ -130,7 +146,10 @@ def role(
         typer.Argument(metavar="ROLE", help="viewer, student, operator or admin"),
     ],
 ) -> int:
-    """Give a user another role: viewer, student, operator or admin."""
+    """Give a user another role: viewer, student, operator or admin.
+
+    Example: maya user role ana student
+    """
     from maya_un.cli.access import users
 
     return users.change_role(name, role, settings_of(context))
@@ -141,14 +160,20 @@ def password(
     name: MaybeName = None,
     none: Annotated[bool, typer.Option("--none", help="remove the password")] = False,
 ) -> int:
-    """Change the password of a user. All web sessions of this user end."""
+    """Change the password of a user. All web sessions of this user end.
+
+    Example: maya user password ana
+    """
     from maya_un.cli.access import users
 
     return users.change_password(name, settings_of(context), none=none)
 
 
 def remove(context: typer.Context, name: Name) -> int:
-    """Remove a user with all tokens."""
+    """Remove a user with all tokens.
+
+    Example: maya user remove ana
+    """
     from maya_un.cli.access import users
 
     return users.remove(name, settings_of(context))
@@ -161,7 +186,10 @@ def token(
     expires: Annotated[str, typer.Option(metavar="DATE", help="in UTC: 2027-01-31 or 2027-01-31T12:00:00Z")] = "",
     lasts: Lasts = None,
 ) -> int:
-    """Make one more token and show it."""
+    """Make one more token and show it.
+
+    Example: maya user token ana --note phone --expires 30d
+    """
     from maya_un.cli.access import users
 
     return users.make_token(
@@ -173,6 +201,8 @@ def tokens(context: typer.Context, name: MaybeName = None) -> int:
     """List tokens, never their secrets.
 
     It shows their notes, dates and last use.
+
+    Example: maya user tokens ana
     """
     from maya_un.cli.access import users
 
@@ -183,7 +213,10 @@ def revoke(
     context: typer.Context,
     token: Annotated[str, typer.Argument(metavar="TOKEN", help="its id, or the whole token")],
 ) -> int:
-    """Make a token invalid at once."""
+    """Make a token invalid at once.
+
+    Example: maya user revoke 3f9a
+    """
     from maya_un.cli.access import users
 
     return users.revoke(token, settings_of(context))
@@ -203,6 +236,8 @@ def reset(
     """Restore access if the admin has lost the token.
 
     Run it on the robot's computer while `maya up` does not run.
+
+    Example: maya user reset ana
     """
     from maya_un.cli.access import users
 

@@ -63,6 +63,8 @@ def fit(
     """Fit the constants to the points of FILE and show them.
 
     You may omit the word fit. The command changes nothing without --apply.
+
+    Example: maya calibrate points.csv --apply
     """
     from maya_un.cli.calibrate import fit as command
 
@@ -86,6 +88,8 @@ def collect(
 
     The robot that `maya up` runs moves. You measure the position at each pose. s skips a pose; q ends. The command
     writes each point to FILE at once.
+
+    Example: maya calibrate collect points.csv --points 12
     """
     from maya_un.cli.calibrate import collect as command
 
@@ -93,7 +97,10 @@ def collect(
 
 
 def history(context: typer.Context) -> int:
-    """List the calibrations that were applied and reverted."""
+    """List the calibrations that were applied and reverted.
+
+    Example: maya calibrate history
+    """
     from maya_un.cli.calibrate import fit as command
 
     return command.show_history(settings_of(context))

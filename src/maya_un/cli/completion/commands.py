@@ -14,11 +14,11 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     def completion(shell: Annotated[Literal["bash", "zsh", "fish"], typer.Argument(metavar="bash|zsh|fish")]) -> int:
         """Print the script that lets a shell complete `maya` commands.
 
-        bash: maya completion bash > ~/.local/share/bash-completion/completions/maya
+        bash reads it from ~/.local/share/bash-completion/completions/maya, fish from
+        ~/.config/fish/completions/maya.fish. For zsh, write it to ~/.maya.zsh, and source that in ~/.zshrc after
+        compinit.
 
-        zsh: maya completion zsh > ~/.maya.zsh, and source it in ~/.zshrc after compinit
-
-        fish: maya completion fish > ~/.config/fish/completions/maya.fish
+        Example: maya completion bash > ~/.local/share/bash-completion/completions/maya
         """
         from dmc41x3.cli.parsing import parser
         from maya_un.cli import output

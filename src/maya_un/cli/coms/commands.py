@@ -49,8 +49,10 @@ def coms(
     """Connect this robot to a server where supervisor programs send steps.
 
     The server is an MQTT broker or Firebase. maya coms passes the steps to the robot and returns the results. POST
-    /connect, POST /disconnect and GET /status control it. Without --url it stays idle. Example: `maya up --rosbridge`
-    in one terminal, `maya coms --url mqtt://localhost --connect` in another.
+    /connect, POST /disconnect and GET /status control it. Without --url it stays idle. The robot runs with `maya up
+    --rosbridge` in another terminal.
+
+    Example: maya coms --url mqtt://localhost --connect
     """
     from maya_un.cli.coms import run
 

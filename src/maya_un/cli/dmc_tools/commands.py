@@ -8,7 +8,20 @@ import typer
 
 from dmc41x3.address import SIM
 from dmc41x3.cli import commands as tools
-from dmc41x3.cli.commands import AlsoPorts, File, Firmware, Host, Label, MemoryFile, OwnOrHost, Port, Tolerance, Udp
+from dmc41x3.cli.commands import (
+    AlsoPorts,
+    Bootp,
+    File,
+    Firmware,
+    Host,
+    Label,
+    MemoryFile,
+    OwnOrHost,
+    Port,
+    Serial,
+    Tolerance,
+    Udp,
+)
 from maya_un.cli.dmc_tools.site import MAYA
 from maya_un.cli.settings import settings_of
 
@@ -25,7 +38,7 @@ Truth = Annotated[
     typer.Option(
         metavar="FILE",
         help="configuration file with the keys in which the twin's machine differs; drawn: small random differences, "
-        "chosen by --seed  [default: the machine is as configured]",
+        "miswired: a mistake in the wiring, both chosen by --seed  [default: the machine is as configured]",
     ),
 ]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]
@@ -52,6 +65,8 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     ] = None,
     memory: MemoryFile = None,
     firmware: Firmware = None,
+    serial: Serial = False,
+    bootp: Bootp = None,
     speed: TwinSpeed = None,
     seed: Seed = None,
     truth: Truth = None,
@@ -64,11 +79,13 @@ def serve(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     --record FILE appends one line of JSON for each 50 ms of motion, for each contact with an obstacle, and for each
     pick-up, release and drop of a part.
+
+    Example: maya dmc serve --port 5023 --serial
     """
     from maya_un.cli.dmc_tools import serve as command
 
     options = command.ServeOptions(
-        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, truth, table, record
+        host, port, also_port, udp, axes, bench, memory, firmware, speed, seed, truth, table, record, serial, bootp
     )
     return command.serve(options, settings_of(context))
 
@@ -131,6 +148,8 @@ def download(
     The command reads the program back to verify it. It does not send REM lines, replaces tabs by blanks, and shortens
     a comment that makes a line too long, as Galil's tools do. If the controller refuses a line, the command restores
     the old program.
+
+    Example: maya dmc download real program.dmc --run AUTO
     """
     from dmc41x3.cli import program as command
     from maya_un.cli.dmc_tools.site import guarded
@@ -149,6 +168,8 @@ def replay(
     """Replay a capture, and show the answers that differ.
 
     The command sends only what the client sent.
+
+    Example: maya dmc replay capture.json
     """
     from dmc41x3.cli import recording as command
 

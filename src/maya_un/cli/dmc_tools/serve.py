@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 from dmc41x3.address import SIM
-from dmc41x3.cli.serve import burned, require_line
+from dmc41x3.cli.serve import bootp_server, burned, require_line
 from dmc41x3.cli.signals import on_end
 from dmc41x3.files import open_own
 from dmc41x3.listening import reserve_descriptors
@@ -120,6 +120,8 @@ class ServeOptions(NamedTuple):
     truth: str | None = None
     table: str | None = None
     record: str | None = None
+    serial: bool = False
+    bootp: str | None = None
 
 
 def serve(options: ServeOptions, settings: OutputSettings) -> int:
@@ -190,7 +192,10 @@ async def _serve(
         asked = asyncio.Event()
         end = on_end(asked.set, signal.SIGINT, signal.SIGTERM)
         with end, published(ServedTwin(host, port, fault_server.port, os.getpid())):
-            _say(host, port, fault_server.port, options, settings)
+            serial = controller.serve_serial() if options.serial else None
+            if options.bootp is not None:
+                controller.ask_for_address(bootp_server(options.bootp))
+            _say(host, port, fault_server.port, serial, options, settings)
             if kept is None:
                 await asked.wait()
             else:
@@ -214,8 +219,18 @@ async def _until(asked: asyncio.Event, work: Coroutine[None, None, None]) -> Non
         working.result()
 
 
-def _say(host: str, port: int, control: int, options: ServeOptions, settings: OutputSettings) -> None:
+def _say(
+    host: str, port: int, control: int, serial: str | None, options: ServeOptions, settings: OutputSettings
+) -> None:
     address = f"{host}:{port}"
     also = [f"{host}:{also}" for also in options.also_ports]
-    value = {"address": address, "also": also, "udp": options.udp, "control": control, "pid": os.getpid()}
-    output.answer(value, f"{address}\nmaya dmc fault: {HOST}:{control}", settings)
+    value = {
+        "address": address,
+        "also": also,
+        "udp": options.udp,
+        "serial": serial,
+        "control": control,
+        "pid": os.getpid(),
+    }
+    lines = filter(None, (address, serial, f"maya dmc fault: {HOST}:{control}"))
+    output.answer(value, "\n".join(lines), settings)

@@ -17,13 +17,16 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
 def doctor(
     context: typer.Context,
     address: Annotated[
-        str | None, typer.Option(metavar="WHERE", help="the controller to check: real, HOST or HOST:PORT")
+        str | None,
+        typer.Option(metavar="WHERE", help="the controller to check: real, HOST, HOST:PORT or a serial port"),
     ] = None,
 ) -> int:
     """Find faults and show remedies. The command moves and changes nothing.
 
     If `maya up` runs on this computer, doctor asks it about the controller. Only if none runs does doctor itself
     connect to the controller (this uses one of its handles).
+
+    Example: maya doctor --address real
     """
     from maya_un.cli.doctor import show
 

@@ -6,11 +6,11 @@ import asyncio
 import re
 from collections.abc import AsyncIterator
 
-from dmc41x3.address import split
+from dmc41x3.address import parse
 from dmc41x3.driver import Driver
 from dmc41x3.language.hardware import SAMPLES
 from dmc41x3.language.numbers import parse_number
-from dmc41x3.wire.transport import TcpTransport
+from dmc41x3.wire.transport import connect
 from maya_un.config import Config
 from maya_un.controller import state_builder
 from maya_un.controller.ownership import living_owner
@@ -38,12 +38,11 @@ _HANDLE = re.compile(r"IH([A-H])\s+(.*)")
 
 
 async def findings(address: str, config: Config, language: str) -> list[Finding]:
-    """Yield the results of all checks of the controller at HOST or HOST:PORT."""
-    host, port = split(address)
+    """Yield the results of all checks of the controller at an address."""
     loop = asyncio.get_running_loop()
     try:
         began = loop.time()
-        driver = await Driver.open(await TcpTransport.connect(host, port, PATIENCE), timeout=PATIENCE)
+        driver = await Driver.open(await connect(parse(address), PATIENCE), timeout=PATIENCE)
     except MayaError as error:
         return [fail("controller", "controller_silent", error=error.text(language))]
     try:
@@ -110,7 +109,7 @@ async def _record(driver: Driver, config: Config, language: str) -> AsyncIterato
     if max(order) >= len(record.axes):
         return
     axes = [record.axes[place] for place in order]
-    yield limits([axis.forward_limit_active for axis in axes], [axis.reverse_limit_active for axis in axes])
+    yield limits(*state_builder.limits(record, config, order))
     off = [name for name, axis in zip(AXES, axes, strict=True) if axis.motor_off]
     yield warn("motors", "motors_off", axes=", ".join(off)) if off else ok("motors", "motors_on")
     error = state_builder.grave(record, order)

@@ -53,11 +53,13 @@ def list_(
         bool, typer.Option("--follow", help="list them again after each change, with their steps, until Ctrl-C")
     ] = False,
 ) -> int:
-    """List the robots, and whether each is connected. Example: maya fleet list --url mqtt://localhost.
+    """List the robots, and whether each is connected.
 
     With --follow the list also shows which step each robot carries out, for which supervisor, and how its last step
     ended. It begins with the steps from then on, and waits for a broker that does not answer. With --json, each list
     is one object a line, as in GET /v1/fleet.
+
+    Example: maya fleet list --url mqtt://localhost
     """
     from maya_un.cli.fleet import robots
 
@@ -74,8 +76,9 @@ def watch(
 ) -> int:
     """Show the activity of robots until Ctrl-C.
 
-    It shows connections, accepted and begun steps, and results. With --json one object a line. Example: maya fleet
-    watch MAYA --url mqtt://localhost.
+    It shows connections, accepted and begun steps, and results. With --json one object a line.
+
+    Example: maya fleet watch MAYA --url mqtt://localhost
     """
     from maya_un.cli.fleet import robots
 
@@ -100,7 +103,7 @@ def send(
 ) -> int:
     """Send a robot one step and wait for its result.
 
-    Examples: maya fleet send MAYA pick 0.5 1.1 0.4; maya fleet send MAYA gripper open.
+    Example: maya fleet send MAYA pick 0.5 1.1 0.4
     """
     from maya_un.cli.fleet import robots
 
@@ -126,7 +129,7 @@ def run(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     If you interrupt it, run it again: it continues and repeats no step. If a step fails, the steps after it wait
     until you decide. On a terminal the command asks you.
 
-    Examples: maya fleet run hand-over.yaml; maya fleet run hand-over.yaml --retry fetch.
+    Example: maya fleet run hand-over.yaml --retry fetch
     """
     from maya_un.cli.fleet import running
 

@@ -34,6 +34,8 @@ def logs(
     """Show events and log messages. `maya up` need not run.
 
     With --json every entry is one line of JSON.
+
+    Example: maya logs --level warning --since 1h
     """
     from maya_un.cli.logs import show
 

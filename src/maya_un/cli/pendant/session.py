@@ -207,7 +207,7 @@ class PendantSession:
         try:
             if running is None or running.controller is None:
                 raise error
-            await asyncio.to_thread(emergency.stop, *running.controller, _ANSWER)
+            await asyncio.to_thread(emergency.stop, running.controller, _ANSWER)
             self.say(_STOPPING, seconds=0.0)
         except MayaError as worse:
             self.say(marked("NOT STOPPED: {reason} Press the emergency stop."), reason=worse.text(self._language))

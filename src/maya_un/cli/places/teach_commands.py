@@ -31,6 +31,8 @@ def teach(context: typer.Context, name: Name, replace: Replace = False) -> int:
     """Store the present position of the gripper as a pose.
 
     You can use its name in commands (`maya pick NAME`) and in jobs.
+
+    Example: maya teach above_tray
     """
     from maya_un.cli.places import teach as command
 
@@ -55,6 +57,8 @@ def teach_pallet(
 
     Give 3 or 4 corner poses: first and last place of the first row, first and (optional) last place of the last row.
     For a single row or column, give its two ends.
+
+    Example: maya teach-pallet box --rows 3 --columns 4 first right below
     """
     from maya_un.cli.places import teach as command
 
@@ -75,11 +79,11 @@ def _lister(what: str) -> Any:
 
 def _remover(what: str) -> Any:
     def remover(context: typer.Context, name: Name) -> int:
-        """Remove the pose or pallet NAME."""
         from maya_un.cli.places import teach as command
 
         return command.remove(what, name, settings_of(context))
 
+    remover.__doc__ = f"Remove NAME from the {what}.\n\nExample: maya {what} remove above_tray"
     return remover
 
 
@@ -87,9 +91,9 @@ def _renamer(what: str) -> Any:
     def renamer(
         context: typer.Context, old: Name, new: Annotated[str, typer.Argument(metavar="NEW", help="the new name")]
     ) -> int:
-        """Rename a pose or pallet."""
         from maya_un.cli.places import teach as command
 
         return command.rename(what, old, new, settings_of(context))
 
+    renamer.__doc__ = f"Rename one of the {what}.\n\nExample: maya {what} rename above_tray tray"
     return renamer

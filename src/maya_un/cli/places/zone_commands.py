@@ -27,7 +27,10 @@ def _unless_named(context: typer.Context) -> int | None:
 
 
 def listed(context: typer.Context) -> int:
-    """List all zones in the form that `maya zones add` accepts."""
+    """List all zones in the form that `maya zones add` accepts.
+
+    Example: maya zones list
+    """
     from maya_un.cli.places import zones
 
     return zones.listed(settings_of(context))
@@ -51,6 +54,8 @@ def add(
     KIND and its keys: box (low, high: opposite corners), cylinder (x, y, radius, low, high), half_space (point,
     normal). All kinds have margin, the distance to keep. Write permanent zones into the configuration, which explains
     all keys.
+
+    Example: maya zones add pillar cylinder x=0.8 y=0.8 radius=100mm low=0 high=2
     """
     from maya_un.cli.places import zones
 
@@ -58,7 +63,10 @@ def add(
 
 
 def remove(context: typer.Context, name: Name) -> int:
-    """Remove a zone until `maya up` ends; the robot may then enter it."""
+    """Remove a zone until `maya up` ends; the robot may then enter it.
+
+    Example: maya zones remove pillar
+    """
     from maya_un.cli.places import zones
 
     return zones.remove(name, settings_of(context))

@@ -78,21 +78,30 @@ def pause(
         bool, typer.Option("--now", help="pause the current step at once too; the robot decelerates along the path")
     ] = False,
 ) -> int:
-    """Pause the queue after the current step."""
+    """Pause the queue after the current step.
+
+    Example: maya queue pause --now
+    """
     from maya_un.cli.queueing import queue
 
     return queue.pause(settings_of(context), now=now)
 
 
 def resume(context: typer.Context) -> int:
-    """Continue the queue, and the step that `queue pause --now` paused."""
+    """Continue the queue, and the step that `queue pause --now` paused.
+
+    Example: maya queue resume
+    """
     from maya_un.cli.queueing import queue
 
     return queue.resume(settings_of(context))
 
 
 def step(context: typer.Context) -> int:
-    """Do one step, then pause."""
+    """Do one step, then pause.
+
+    Example: maya queue step
+    """
     from maya_un.cli.queueing import queue
 
     return queue.step(settings_of(context))
@@ -112,7 +121,10 @@ def answer(
 
 
 def clear(context: typer.Context) -> int:
-    """Cancel all waiting jobs; the running job continues."""
+    """Cancel all waiting jobs; the running job continues.
+
+    Example: maya queue clear
+    """
     from maya_un.cli.queueing import queue
 
     return queue.clear(settings_of(context))
@@ -127,7 +139,10 @@ def move(
     ],
     other: Other = None,
 ) -> int:
-    """Move a waiting job within the queue."""
+    """Move a waiting job within the queue.
+
+    Example: maya queue move 7 first
+    """
     from maya_un.cli.queueing import queue
 
     return queue.move(job, where, other, settings_of(context))
@@ -148,6 +163,8 @@ def recover(
 
     resume: repeat the interrupted step, or count it as done if the gripper shows that it was done. redo: repeat the
     step. skip: omit the step. abort: end the job.
+
+    Example: maya queue recover resume --holding yes
     """
     from maya_un.cli.queueing import recovery
 
@@ -156,7 +173,10 @@ def recover(
 
 
 def backup(context: typer.Context, file: Annotated[str, typer.Argument(metavar="FILE", help="file to write")]) -> int:
-    """Copy the queue and the history of jobs to FILE. `maya up` may run."""
+    """Copy the queue and the history of jobs to FILE. `maya up` may run.
+
+    Example: maya queue backup queue.backup
+    """
     from maya_un.cli.queueing import storage
 
     return storage.backup(file, settings_of(context))
@@ -166,6 +186,8 @@ def restore(context: typer.Context, file: Annotated[str, typer.Argument(metavar=
     """Replace the queue and its history by a backup.
 
     End `maya up` first. The command renames the old file and prints its new name.
+
+    Example: maya queue restore queue.backup
     """
     from maya_un.cli.queueing import storage
 
@@ -179,6 +201,8 @@ def export(
     """Write all stored jobs to FILE.
 
     NAME.csv: a table. NAME.jsonl: one line of JSON for each job, with all steps.
+
+    Example: maya queue export jobs.json
     """
     from maya_un.cli.queueing import storage
 
@@ -197,7 +221,10 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     stepwise: Stepwise = None,
     wait: Annotated[bool, typer.Option("--wait", help="follow the job to its end; Ctrl-C cancels it")] = False,
 ) -> int:
-    """Append a job to the queue of the running robot."""
+    """Append a job to the queue of the running robot.
+
+    Example: maya job submit sort.yaml --priority 5 --wait
+    """
     from maya_un.cli.queueing import jobs
 
     depends_on = None if after is None else tuple(after)
@@ -209,6 +236,8 @@ def show(context: typer.Context, job: Number) -> int:
     """Show the details of a job, step by step.
 
     It also shows jobs that ended long ago.
+
+    Example: maya job show 7
     """
     from maya_un.cli.queueing import jobs
 
@@ -219,6 +248,8 @@ def cancel(context: typer.Context, job: Number) -> int:
     """End a job early, or decline a proposal.
 
     A running job stops: the robot decelerates along the path.
+
+    Example: maya job cancel 7
     """
     from maya_un.cli.queueing import jobs
 
@@ -226,7 +257,10 @@ def cancel(context: typer.Context, job: Number) -> int:
 
 
 def hold(context: typer.Context, job: Number) -> int:
-    """Keep a waiting job from starting until `maya job release`."""
+    """Keep a waiting job from starting until `maya job release`.
+
+    Example: maya job hold 7
+    """
     from maya_un.cli.queueing import jobs
 
     return jobs.hold(job, settings_of(context))
@@ -246,6 +280,8 @@ def release(
     """Release a held job, so that it waits for its turn.
 
     If it is a proposal (a student's job), this approves it and shows it.
+
+    Example: maya job release 7
     """
     from maya_un.cli.queueing import jobs
 
@@ -265,7 +301,10 @@ def again(
         ),
     ] = None,
 ) -> int:
-    """Append a copy of an ended job to the queue, as a new job."""
+    """Append a copy of an ended job to the queue, as a new job.
+
+    Example: maya job again 7 --from 3
+    """
     from maya_un.cli.queueing import jobs
 
     return jobs.again(job, from_step, settings_of(context))
@@ -288,6 +327,8 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
 
     If the job is paused, you can change the steps that have not begun. Without options the command opens the job in
     $EDITOR.
+
+    Example: maya job edit 7 --priority 5
     """
     from maya_un.cli.queueing import jobs
 
@@ -303,7 +344,10 @@ def notes(
         str, typer.Argument(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
     ],
 ) -> int:
-    """Change the notes of a waiting job."""
+    """Change the notes of a waiting job.
+
+    Example: maya job notes 7 "for the demonstration"
+    """
     from maya_un.cli.queueing import jobs
 
     return jobs.notes(job, text, settings_of(context))
@@ -324,7 +368,10 @@ def history(
     ] = None,
     as_csv: Annotated[bool, typer.Option("--csv", help="as CSV, dates in UTC, durations in s")] = False,
 ) -> int:
-    """List past jobs: owner, origin, predicted and actual times."""
+    """List past jobs: owner, origin, predicted and actual times.
+
+    Example: maya history 20 --state failed
+    """
     from maya_un.cli.queueing import history as command
 
     return command.history(command.HistoryFilter(count, owner, state or (), text), settings_of(context), as_csv=as_csv)

@@ -27,21 +27,30 @@ def _unless_named(context: typer.Context) -> int | None:
 
 
 def listed(context: typer.Context) -> int:
-    """List the recordings on this computer, newest first."""
+    """List the recordings on this computer, newest first.
+
+    Example: maya record list
+    """
     from maya_un.cli.recordings import recordings
 
     return recordings.listed(settings_of(context))
 
 
 def save(context: typer.Context) -> int:
-    """Let the running robot save its last minutes now."""
+    """Let the running robot save its last minutes now.
+
+    Example: maya record save
+    """
     from maya_un.cli.recordings import recordings
 
     return recordings.save(settings_of(context))
 
 
 def show(context: typer.Context, file: Name) -> int:
-    """Show why Maya saved a recording, and its contents."""
+    """Show why Maya saved a recording, and its contents.
+
+    Example: maya record show 2026-11-26T14-03-12.maya
+    """
     from maya_un.cli.recordings import recordings
 
     return recordings.show(file, settings_of(context))
@@ -58,7 +67,10 @@ def export(
         str | None, typer.Option(metavar="OUT", help="write the bytes sent to and from the controller as CSV")
     ] = None,
 ) -> int:
-    """Write a recording to files for other programs."""
+    """Write a recording to files for other programs.
+
+    Example: maya record export 2026-11-26T14-03-12.maya --csv states.csv
+    """
     from maya_un.cli.recordings import recordings
 
     return recordings.export(file, mcap, csv, wire, settings_of(context))
@@ -89,6 +101,8 @@ def replay(
 
     The recording is one of `maya record`. The twin runs faster than real time. Nothing real moves. The exit code is 1
     if there are differences.
+
+    Example: maya replay 2026-11-26T14-03-12.maya
     """
     from maya_un.cli.recordings import replay as command
 

@@ -34,7 +34,7 @@ from maya_un.config.files import parse
 from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.events import HomingBegun
 from maya_un.kinematics import Floats
-from maya_un.machine.mechanics import MayaMechanics
+from maya_un.machine.miswired import built
 from maya_un.machine.truth import StartPose, TrueConstants
 from maya_un.recorder import mcap_file
 from maya_un.recorder.compare import Comparison, RecordSample, ReplayDifference, Tolerances, compare, samples
@@ -227,8 +227,8 @@ def _twin(recording: Recording, scene: ReplayScene) -> VirtualController:
     truth = _truth(source, config)
     start = _start(source, scene, config, truth)
     parts = {} if source is None else {name: (place[0], place[1], place[2]) for name, place in source.parts.items()}
-    mechanics = MayaMechanics(truth, start, parts=parts)
-    machine = VirtualDmc(mechanics, firmware=header.firmware or None)
+    _, plant = built(truth, start, parts)
+    machine = VirtualDmc(plant, firmware=header.firmware or None)
     if source is not None:
         machine.advance(scene.begin - source.born - _SETTLE)  # its programs depend on its clock
     return VirtualController(machine, seed=0 if source is None else source.seed)

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from dmc41x3.address import SIM
+from dmc41x3.address import SIM, parse
 from dmc41x3.cli.signals import on_end
 from dmc41x3.i18n import marked, translate
 from dmc41x3.listening import reserve_descriptors
@@ -25,7 +25,7 @@ from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
-from maya_un.cli.addresses import clock_factor, host_and_port, target_address
+from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places, truth_of_twin
 from maya_un.cli.fleet.watching import fleet_beside
@@ -393,7 +393,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed, coms=options.coms)
         async with served(app, listeners.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
             with ending.listening():
-                controller = None if robot.address == SIM else host_and_port(robot.address)
+                controller = None if robot.address == SIM else parse(robot.address)
                 runtime.publish(runtime.Running(url, os.getpid(), controller))
                 greet(_greeting(running, robot, url, listeners, refusal), settings)
                 tell("READY=1")

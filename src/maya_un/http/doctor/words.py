@@ -114,7 +114,8 @@ _TEXTS = {
     ),
     "controller_silent": FindingText(
         "{error}",
-        "Try Galil's own software. If the controller is on, reset it: sometimes it gets an IP address only then.",
+        "Search for it with `maya dmc find`. `maya dmc assign` gives an address to a controller that has none. By its "
+        "USB port it is reached at an address like /dev/ttyUSB0.",
     ),
     "controller_answers": FindingText("The controller at {address} answers within {milliseconds:.1f} ms."),
     "controller_wrong": FindingText("{error}"),

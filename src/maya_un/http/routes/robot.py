@@ -11,6 +11,8 @@ from maya_un.errors import (
     CannotPause,
     ControllerMoves,
     ControllerOwned,
+    DatumContradicted,
+    DatumRefused,
     Faulted,
     NotConnected,
     NothingToRecover,
@@ -26,6 +28,7 @@ from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, HURRY, LONGEST_MOTION, Routes
 from maya_un.schema.bodies import (
     Aborted,
+    GuardedMove,
     JogBy,
     JogHold,
     JogRelease,
@@ -34,11 +37,13 @@ from maya_un.schema.bodies import (
     Released,
     Resumed,
     Speed,
+    StatedPose,
     kind_of_jog,
 )
-from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
+from maya_un.schema.robot import DatumView, HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Operation
-from maya_un.values import StopReport
+from maya_un.service.service import Service
+from maya_un.values import Joints, StopReport
 
 TakeOver = Annotated[bool, Query(description="claim the controller from the program that owns it, if the axes rest")]
 _TAG = "moving"
@@ -47,6 +52,8 @@ AnyJog = Annotated[
     JogBy | JogHold | JogVector | JogRelease, sent(JogBy, JogHold, JogVector, JogRelease, choose=kind_of_jog)
 ]
 SpeedBody = Annotated[Speed, sent(Speed)]
+Stated = Annotated[StatedPose, sent(StatedPose)]
+Guarded = Annotated[GuardedMove, sent(GuardedMove)]
 
 _JOGS = {
     "by a distance": {"axis": "r", "distance": 0.02},
@@ -54,6 +61,7 @@ _JOGS = {
     "while a stick is held": {"vector": [0.3, -0.4, 0.0], "hold": True, "press": "7f3a-12"},
     "let go": {"hold": False, "press": "7f3a-12"},
 }
+_POSE = {"a pose": {"joints": [0.1, 1.5, 1.3]}}
 _NO_MOTION = (UnknownName, NotConnected, Faulted, NotHomed, Busy, Stopped, Unreachable, PathRefused)
 
 
@@ -163,3 +171,74 @@ def add_moving(routes: Routes) -> None:
         """
         await ask(lambda service: service.recover(take_over=take_over))
         return answer(Recovered())
+
+
+def add_datum(routes: Routes) -> None:
+    """Add the routes for the datum that a person gives to a robot that cannot find its position alone."""
+
+    async def shown(service: Service) -> DatumView:
+        return service.datum()
+
+    @routes.add("GET", "/v1/datum", Operation.READ, tag=_TAG, gives=DatumView, client="datum")
+    async def datum(ask: Ask) -> Response:
+        """Return whether homing needs a person, and the datum that a person gave."""
+        return answer(await ask(shown))
+
+    giving = (NotConnected, Faulted, Busy, Unreachable)
+
+    @routes.add(
+        "POST",
+        "/v1/datum",
+        Operation.DATUM,
+        tag=_TAG,
+        gives=DatumView,
+        refuses=giving,
+        examples=_POSE,
+        client="give_datum",
+        patience=AT_REST,
+    )
+    async def give_datum(ask: Ask, body: Stated) -> Response:
+        """Believe the caller that the robot stands at these joints. The robot does not move.
+
+        The event `datum_given` names the caller. Until a second point confirms the datum, motion is slow, and stays
+        away from the ends of the strokes and from high tensions.
+        """
+        await ask(lambda service: service.direct.give_datum(Joints(*body.joints), ask.caller))
+        return answer(await ask(shown))
+
+    @routes.add(
+        "POST",
+        "/v1/datum/confirm",
+        Operation.DATUM,
+        tag=_TAG,
+        gives=DatumView,
+        refuses=(NotConnected, Faulted, Busy, NotHomed, DatumRefused, DatumContradicted),
+        examples=_POSE,
+        client="confirm_datum",
+        patience=AT_REST,
+    )
+    async def confirm_datum(ask: Ask, body: Stated) -> Response:
+        """Compare the position of the robot with a second point. The robot does not move.
+
+        If they agree within 20 mm and 2 degrees, all motion is allowed. If not, the robot is not homed any more.
+        """
+        await ask(lambda service: service.direct.confirm_datum(Joints(*body.joints), ask.caller))
+        return answer(await ask(shown))
+
+    @routes.add(
+        "POST",
+        "/v1/datum/move",
+        Operation.DATUM,
+        tag=_TAG,
+        gives=Jogged,
+        refuses=(NotConnected, Faulted, Busy, Stopped, DatumRefused),
+        examples={"line b": {"axis": "b", "distance": -0.02}},
+        client="guarded_move",
+        patience=LONGEST_MOTION,
+    )
+    async def guarded_move(ask: Ask, body: Guarded) -> Response:
+        """Move one axis of a robot that is not homed, slowly and at most 50 mm or 5 degrees.
+
+        It ends early at a switch, or when a line carries twice the load.
+        """
+        return answer(await ask(lambda service: service.direct.guarded_move(body.axis, body.distance)))

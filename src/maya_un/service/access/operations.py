@@ -90,6 +90,7 @@ class Operation(StrEnum):
     RESUME = "resume"
     SPEED = "speed"
     RECOVER = "recover"
+    DATUM = "datum"
     STEP = "step"
     GRAPH = "graph"
     RESTART = "restart"
@@ -146,6 +147,9 @@ RULES: dict[Operation, AccessRule] = {
     Operation.SPEED: AccessRule(Role.STUDENT, drives=True, meaning="scale the speed"),
     Operation.STEP: AccessRule(Role.STUDENT, drives=True, meaning="run one step"),
     Operation.RECOVER: AccessRule(Role.OPERATOR, drives=True, meaning="clear a fault"),
+    Operation.DATUM: AccessRule(
+        Role.OPERATOR, drives=True, meaning="give and confirm the datum of a robot without switches"
+    ),
     Operation.RESTART: AccessRule(Role.OPERATOR, drives=True, meaning="decide about an interrupted job"),
     Operation.CLEAR: AccessRule(Role.OPERATOR, meaning="cancel all waiting jobs"),
     Operation.ZONES: AccessRule(Role.OPERATOR, drives=True, meaning="change the zones of this run"),

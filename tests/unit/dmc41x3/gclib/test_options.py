@@ -20,7 +20,12 @@ ALL = frozenset({"MG", "DR", "EI"})
         ("-a box:5023 -t 500", AddressOptions("box", 5023, timeout=500)),
         ("box --p1 5023 --p2 5024 --timeout 0", AddressOptions("box", 5023, 5024, timeout=0)),
         ("box -u none -c TCP", AddressOptions("box", unsolicited="NONE")),
-        ("box --unsolicited TCP -b 19200 --handshake NONE", AddressOptions("box", unsolicited="TCP")),
+        ("box --unsolicited TCP -b 19200 --handshake NONE", AddressOptions("box", unsolicited="TCP", baud=19200)),
+        ("/dev/ttyUSB0", AddressOptions("/dev/ttyUSB0", serial=True)),
+        (
+            "COM1 --baud 19200 -s MG",
+            AddressOptions("/dev/ttyS0", subscriptions=frozenset({"MG"}), serial=True, baud=19200),
+        ),
     ],
 )
 def test_address_options(address: str, options: AddressOptions) -> None:
@@ -42,8 +47,8 @@ def test_address_options(address: str, options: AddressOptions) -> None:
         "box -c UDP",
         "box -u RADIO",
         "box --fast",
-        "COM1 --baud 19200",
-        "/dev/ttyUSB0",
+        "COM1 --baud 19",
+        "/dev/ttyUSB0 box",
         "GALILPCI1",
         'box "-s',
     ],

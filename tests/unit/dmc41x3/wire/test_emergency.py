@@ -11,6 +11,7 @@ from contextlib import contextmanager
 
 import pytest
 
+from dmc41x3.address import NetworkAddress
 from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, encode
 from dmc41x3.wire import emergency
@@ -62,7 +63,7 @@ def test_the_sequence_stops_on_its_path_and_the_others_by_name(
 ) -> None:
     answers = {"ST S": b":", "QR": record(*axes), "ST A": b":", "ST AC": b":"}
     with controller(answers) as (port, heard):
-        stopped = emergency.stop("127.0.0.1", port, 5.0)
+        stopped = emergency.stop(NetworkAddress("127.0.0.1", port), 5.0)
     assert stopped == outcome
     assert stopped.decelerating == "".join(sorted("".join(outcome)))
     assert heard == commands
@@ -81,20 +82,20 @@ def test_record_is_requested_in_the_packet_of_the_stop() -> None:
 
         thread = threading.Thread(target=serve)
         thread.start()
-        assert emergency.stop("127.0.0.1", listener.getsockname()[1], 5.0).coordinated == "A"
+        assert emergency.stop(NetworkAddress(*listener.getsockname()), 5.0).coordinated == "A"
         thread.join()
     assert packets == [b"ST S\rQR\r"]
 
 
 def test_a_controller_without_a_sequence_may_refuse_to_stop_it() -> None:
     with controller({"ST S": b"?", "QR": record(MOVING), "ST A": b":"}) as (port, _):
-        assert emergency.stop("127.0.0.1", port, 5.0).decelerating == "A"
+        assert emergency.stop(NetworkAddress("127.0.0.1", port), 5.0).decelerating == "A"
 
 
 def test_messages_of_programs_are_passed_over() -> None:
     note = bytes(code | 0x80 for code in b"note\r\n")
     with controller({"ST S": note + b":", "QR": note + record(IN_SEQUENCE)}) as (port, _):
-        assert emergency.stop("127.0.0.1", port, 5.0).coordinated == "A"
+        assert emergency.stop(NetworkAddress("127.0.0.1", port), 5.0).coordinated == "A"
 
 
 @pytest.mark.parametrize(
@@ -108,29 +109,29 @@ def test_messages_of_programs_are_passed_over() -> None:
 )
 def test_unintelligible_answer_is_named(answers: Mapping[str, bytes]) -> None:
     with controller(answers) as (port, _), pytest.raises(UnexpectedReply):
-        emergency.stop("127.0.0.1", port, 5.0)
+        emergency.stop(NetworkAddress("127.0.0.1", port), 5.0)
 
 
 def test_controller_that_hangs_up_before_any_answer_is_missing() -> None:
     with controller({}) as (port, _), pytest.raises(ConnectFailed):
-        emergency.stop("127.0.0.1", port, 5.0)
+        emergency.stop(NetworkAddress("127.0.0.1", port), 5.0)
 
 
 def test_a_controller_that_hangs_up_is_a_lost_link() -> None:
     with controller({"ST S": b":"}) as (port, _), pytest.raises(LinkLost):
-        emergency.stop("127.0.0.1", port, 5.0)
+        emergency.stop(NetworkAddress("127.0.0.1", port), 5.0)
 
 
 def test_a_controller_that_says_nothing_is_given_up() -> None:
     with controller({"ST S": b"", "QR": b""}) as (port, _), pytest.raises(LinkTimeout, match="ST S"):
-        emergency.stop("127.0.0.1", port, 0.05)
+        emergency.stop(NetworkAddress("127.0.0.1", port), 0.05)
 
 
 def test_missing_controller() -> None:
     with socket.socket() as unused:
         unused.bind(("127.0.0.1", 0))
         with pytest.raises(ConnectFailed):
-            emergency.stop("127.0.0.1", unused.getsockname()[1], 5.0)
+            emergency.stop(NetworkAddress(*unused.getsockname()), 5.0)
 
 
 def test_importing_it_brings_nothing_heavy() -> None:

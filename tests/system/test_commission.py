@@ -1,0 +1,272 @@
+"""Commissioning on twins: mistakes in the wiring are named in time; an interrupted one is safe and continues."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+
+from dmc41x3.loops import run_virtual
+from maya_un import errors
+from maya_un.assembly import machine_of, stack
+from maya_un.commission.questions import QUIT, Question
+from maya_un.config import Config, load
+from maya_un.errors import LinkLost, LinkTimeout, MachineError, NotConnected
+from maya_un.machine.truth import TrueConstants
+from maya_un.machine.wiring_faults import KINDS, WiringFault
+from maya_un.process.spec.job import load_job
+from maya_un.process.spec.tasks import starting_parts
+from maya_un.testing import faults
+from tests.commissioning import Bench, bench, faulty
+from tests.conventions.source import ROOT
+from tests.virtual_time import elapse
+
+pytestmark = pytest.mark.system
+
+MACHINES = ROOT / "examples" / "machines"
+SEEDS = range(30)
+
+NAMES: dict[str, type[MachineError]] = {
+    "encoder_reversed": errors.EncoderReversed,
+    "motor_reversed": errors.MotorReversed,
+    "both_reversed": errors.AxisBackwards,
+    "encoder_dead": errors.EncoderDead,
+    "encoder_factor": errors.EncoderScaleWrong,
+    "encoders_exchanged": errors.EncodersExchanged,
+    "motors_exchanged": errors.MotorsExchanged,
+    "axes_exchanged": errors.AxesExchanged,
+    "amplifier_off": errors.AmplifierNotEnabled,
+    "brake_closed": errors.BrakeClosed,
+    "torque_low": errors.TorqueTooLow,
+    "switch_levels": errors.SwitchLevelsInverted,
+    "switch_inverted": errors.SwitchInverted,
+    "switch_open": errors.SwitchNotConnected,
+    "switches_exchanged": errors.SwitchesExchanged,
+    "gripper_output": errors.GripperAtOtherOutput,
+    "gripper_inverted": errors.GripperInverted,
+    "stop_open": errors.StopNotConnected,
+    "stop_inverted": errors.StopInverted,
+}
+"""The name of every kind of mistake."""
+
+CORRECTED = {"axes_exchanged", "switch_levels", "gripper_output", "gripper_inverted"}
+"""Mistakes that a change of the configuration removes."""
+
+
+def kind_of(seed: int) -> str:
+    """Return the kind of mistake of a seed: all kinds come in turn."""
+    return tuple(KINDS)[seed % len(KINDS)]
+
+
+def test_every_kind_of_mistake_has_a_name() -> None:
+    assert NAMES.keys() == KINDS.keys()
+
+
+def found_as(fault: WiringFault) -> tuple[str, str]:
+    """Return the step that finds a mistake, and a word of its sentence: the part."""
+    name = fault.part.split()[0] if fault.part else ""
+    match fault.kind.split("_")[0]:
+        case "stop" | "gripper" as step:
+            return step, ""
+        case "switch" | "switches" | "axes":
+            return "limits", name
+        case _:
+            return f"direction.{name}", name
+
+
+def named(kind: str, seed: int, config: Config) -> None:
+    """Fail unless a mistake, and no other, is named at its part before anything moves more than announced."""
+
+    async def commissioned() -> tuple[WiringFault, Bench]:
+        fault = faulty(config, seed, kind)
+        on = bench(config, fault.truth, seed=seed)
+        await on.run(home=False)
+        await on.twin.controller.close()
+        return fault, on
+
+    fault, on = run_virtual(commissioned())
+    step, part = found_as(fault)
+    assert on.codes.get(step) == [NAMES[kind].code], (fault.kind, fault.part, on.codes)
+    assert set().union(*on.codes.values()) == {NAMES[kind].code}
+    assert f" {part}" in on.progress.results[step].errors[0][1]
+    assert on.person.excesses == []
+    assert not any(on.motors_on)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_mistake_in_the_wiring_is_named_before_anything_moves_further_than_announced(seed: int) -> None:
+    named(kind_of(seed), seed, Config())
+
+
+@pytest.mark.parametrize("name", ["table-top", "hall", "rewired"])
+def test_mistakes_of_other_machines_are_named(name: str) -> None:
+    config = load(MACHINES / f"{name}.toml")
+    for number, kind in enumerate(("encoder_reversed", "motor_reversed", "encoder_dead", "switch_open")):
+        named(kind, 100 + number, config)
+
+
+async def pick_works(config: Config, truth: TrueConstants, seed: int, job: Path) -> None:
+    """Fail unless `maya up` with a configuration homes the machine and carries the part of a job."""
+    task = load_job(job)
+    parts = starting_parts(task, config.cell.grasp_height)
+    async with stack(config, truth=truth, seed=seed, parts=parts, live=False) as maya:
+        report = await maya.service.wait((await maya.service.submit(task)).id)
+        assert report.state == "done", report.message
+        assert maya.twin is not None
+        record = maya.twin.mechanics.record
+        assert not record.drops
+        assert record.stall_time == 0.0
+        assert all(record.parts[name] != place for name, place in parts.items())
+
+
+def complete(config: Config, truth: TrueConstants, seed: int, job: Path) -> Bench:
+    """Commission a machine whole, and fail unless the resulting configuration works."""
+
+    async def commissioned() -> Bench:
+        on = bench(config, truth, seed=seed)
+        assert await on.run(), (on.codes, on.progress.results)
+        result = on.procedure().config
+        await on.twin.controller.close()
+        await pick_works(result, truth, seed, job)
+        return on
+
+    on = run_virtual(commissioned())
+    assert on.person.excesses == []
+    return on
+
+
+JOB = ROOT / "examples" / "01_pick_and_place.yaml"
+
+
+@pytest.mark.parametrize("name", ["", "table-top", "hall", "rewired"])
+def test_a_machine_without_mistakes_passes_whole_and_works(name: str) -> None:
+    config = load(MACHINES / f"{name}.toml") if name else Config()
+    job = MACHINES / f"{name}.yaml"
+    on = complete(config, machine_of(config), 3, job if job.exists() else JOB)
+    assert on.codes == {}
+    assert on.progress.changes == {}
+
+
+@pytest.mark.parametrize("kind", sorted(CORRECTED))
+def test_a_corrected_configuration_works(kind: str) -> None:
+    fault = faulty(Config(), 1, kind)
+    on = complete(Config(), fault.truth, 1, JOB)
+    assert on.codes[found_as(fault)[0]] == [NAMES[kind].code]
+
+
+def test_several_mistakes_at_once_are_corrected() -> None:
+    config = load(MACHINES / "rewired.toml")
+    on = complete(Config(), machine_of(config), 4, JOB)
+    assert on.procedure().config == config
+
+
+READY = [
+    "connection.ready",
+    "stop.ready",
+    "limits.ready",
+    "gripper.ready",
+    *(f"{step}.{axis}.ready" for step in ("direction", "travel") for axis in "abc"),
+    "home.ready",
+]
+MOVES = [key for key in READY if key.startswith(("direction", "travel", "home"))]
+GUARDED = 3.0
+"""Time within which the guard in the controller has stopped the axes after a loss of the link [s]."""
+
+MOMENTS = (0.05, 0.5)
+"""Times after the announcement at which the interruption comes [s]."""
+
+
+def after(on: Bench, key: str, seconds: float, act: object) -> None:
+    """Call `act` some time after a step was announced, once."""
+    done: list[str] = []
+
+    def look(question: Question) -> None:
+        if question.key == key and not done:
+            done.append(key)
+            assert callable(act)
+            asyncio.get_running_loop().call_later(seconds, act)
+
+    on.person.on_ask = look
+
+
+@pytest.mark.parametrize("key", READY)
+def test_ctrl_c_stops_the_motors_and_a_later_call_continues(key: str) -> None:
+    async def interrupted(moment: float) -> None:
+        on = bench(Config(), seed=3)
+        task = asyncio.ensure_future(on.run(home=key == "home.ready"))
+        after(on, key, moment, task.cancel)
+        try:
+            await task
+            assert key not in MOVES  # a step without motion may be over already
+        except asyncio.CancelledError:
+            assert await on.still()
+            if key != "home.ready":  # after a homing has begun, motors hold, as after `maya stop`
+                assert not any(on.motors_on)
+            done = [one for one, result in on.progress.results.items() if result.state.done and one != "stop"]
+            on.person.on_ask = lambda _question: None
+            on.person.asked.clear()
+            assert await on.run(home=key == "home.ready"), on.codes
+            assert "stop.press" in on.person.asked  # the emergency stop is tested at every call
+            assert not [one for one in on.person.asked if any(one.startswith(f"{step}.") for step in done)]
+        assert on.person.excesses == []
+        await on.twin.controller.close()
+
+    for moment in MOMENTS:
+        run_virtual(interrupted(moment))
+
+
+@pytest.mark.parametrize("key", MOVES)
+def test_a_lost_link_stops_the_axes_and_a_later_call_continues(key: str) -> None:
+    async def lost() -> None:
+        on = bench(Config(), seed=3)
+        virtual = on.twin.controller
+        after(on, key, 0.4, lambda: virtual.faults.inject("cut", {}))
+        with pytest.raises((LinkLost, LinkTimeout, NotConnected)):
+            await on.run(home=key == "home.ready")
+        await elapse(GUARDED)
+        assert await on.still()
+        on.person.on_ask = lambda _question: None
+        assert await on.run(home=key == "home.ready"), on.codes
+        assert on.person.excesses == []
+        await virtual.close()
+
+    run_virtual(lost())
+
+
+def test_quit_keeps_the_results() -> None:
+    async def quits() -> None:
+        on = bench(Config(), seed=3)
+        on.person.on_ask = lambda question: QUIT if question.key == "gripper.ready" else None
+        assert not await on.run()
+        assert [key for key, one in on.progress.results.items() if one.state.done] == ["connection", "stop", "limits"]
+        await on.twin.controller.close()
+
+    run_virtual(quits())
+
+
+def test_an_owned_controller_is_refused() -> None:
+    async def twice() -> None:
+        on = bench(Config(), seed=3)
+        other = Bench(on.twin, on.config, on.progress, on.person)
+        procedure = on.procedure()
+        await procedure.machine()
+        with pytest.raises(errors.ControllerOwned):
+            await other.procedure().machine()
+        await procedure.disconnect()
+        await on.twin.controller.close()
+
+    run_virtual(twice())
+
+
+def test_latency_changes_no_judgement() -> None:
+    async def late() -> Bench:
+        on = bench(Config(), seed=3)
+        with faults.latency(on.twin.controller, 0.02, jitter=0.02):
+            await on.run(home=False)
+        await on.twin.controller.close()
+        return on
+
+    on = run_virtual(late())
+    assert on.codes == {}
+    assert on.person.excesses == []

@@ -1,0 +1,207 @@
+"""`maya commission` on a twin: answers from a file, report, configuration, and the page that lists the steps."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from maya_un.cli import output
+from maya_un.cli.commission.people import TerminalPerson
+from maya_un.cli.main import main
+from maya_un.cli.settings import OutputSettings
+from maya_un.commission.progress import FILE
+from maya_un.commission.questions import Ask, PossibleAnswer, Question
+from maya_un.commission.steps import STEPS
+from maya_un.config import load
+from tests.conventions.source import ROOT
+
+PAGE = ROOT / "docs" / "how-to" / "commission-a-robot.md"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a folder with an empty configuration, which also has the state."""
+    monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path))
+    monkeypatch.setenv("MAYA_CONFIG", str(tmp_path / "maya.toml"))
+    (tmp_path / "maya.toml").write_text("# mine\n", encoding="utf-8")
+    return tmp_path
+
+
+def answers(folder: Path, **given: str) -> list[str]:
+    """Return the options of a rehearsal with some answers; `_` in their names stands for a dot."""
+    file = folder / "answers.toml"
+    lines = [f'"{name.replace("_", ".")}" = "{value}"' for name, value in given.items()]
+    file.write_text("\n".join(lines), encoding="utf-8")
+    return ["commission", "--address", "sim", "--speed", "1000", "--answers", str(file)]
+
+
+def run(words: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, dict[str, Any]]:
+    """Run the command, and return its exit code and its answer as JSON."""
+    capsys.readouterr()
+    code = main([*words, "--json"])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def test_an_interrupted_commissioning_continues(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, found = run(answers(folder, limits_ready="quit"), capsys)
+    assert code == output.FAILED
+    assert {key: one["state"] for key, one in found["steps"].items()} == {
+        "connection": "passed",
+        "stop": "passed",
+        "limits": "interrupted",
+    }
+    code, found = run(answers(folder, gripper_ready="quit"), capsys)
+    assert [key for key, one in found["steps"].items() if one["state"] == "passed"] == ["connection", "stop", "limits"]
+    assert main([*answers(folder, connection_ready="quit"), "--restart"]) == output.FAILED
+    assert json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"].keys() == {"connection"}
+
+
+def test_the_configuration_is_written_only_if_confirmed(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truth = folder / "truth.toml"
+    truth.write_text("[gripper]\noutput = 5\n[wiring]\nlimit_active_level = 1\n", encoding="utf-8")
+    words = ["--truth", str(truth), "--report", str(folder / "report.md")]
+    code, found = run([*answers(folder, home_ready="skip"), *words], capsys)
+    assert code == output.FAILED
+    assert not found["written"]
+    assert (folder / "maya.toml").read_text(encoding="utf-8") == "# mine\n"
+    code, found = run([*answers(folder, home_ready="skip", configuration_write="yes"), *words], capsys)
+    assert found["written"]
+    assert {one["name"]: one["after"] for one in found["changes"]} == {
+        "gripper.output": 5,
+        "wiring.limit_active_level": 1,
+    }
+    config = load(folder / "maya.toml")
+    assert (config.gripper.output, config.wiring.limit_active_level) == (5, 1)
+    assert (folder / "maya.toml").read_text(encoding="utf-8").startswith("# mine\n")
+    report = (folder / "report.md").read_text(encoding="utf-8")
+    assert "2611 Output 1 does not move the gripper, and output 5 does." in report
+    assert "- `gripper.output`: 1 → 5" in report
+
+
+def test_a_mistake_is_named_and_the_steps_that_need_it_wait(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truth = folder / "truth.toml"
+    truth.write_text('[miswired]\nencoder_dead = ["b"]\n', encoding="utf-8")
+    code, found = run([*answers(folder, direction_a_ready="skip"), "--truth", str(truth)], capsys)
+    assert code == output.FAILED
+    assert [error["code"] for error in found["steps"]["direction.b"]["errors"]] == [2616]
+    assert found["steps"]["direction.a"]["state"] == "skipped"
+    assert found["steps"]["home"]["state"] == "blocked"
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [('"gripper.ready" = "perhaps"', 4001), ("gripper", 4007), ('[miswired]\nencoder_dead = ["x"]', None)],
+)
+def test_wrong_answers_are_refused(
+    text: str, code: int | None, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = answers(folder)
+    (folder / "answers.toml").write_text(text, encoding="utf-8")
+    if code is None:
+        words, code = [*answers(folder), "--truth", str(folder / "truth.toml")], 5001
+        (folder / "truth.toml").write_text(text, encoding="utf-8")
+    status, found = run([*words, "--restart"], capsys)
+    assert status != output.DONE
+    assert found["error"]["code"] == code
+
+
+def test_answers_are_for_the_twin(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = answers(folder)
+    words[2] = "192.0.2.1"
+    status, found = run([word for word in words if word not in {"--speed", "1000"}], capsys)
+    assert status == output.REFUSED
+    assert found["error"]["code"] == 4008
+
+
+def test_ctrl_c_ends_the_command_and_keeps_its_results(folder: Path) -> None:
+    command = [sys.executable, "-m", "maya_un.cli.main", "commission", "--address", "sim", "--speed", "5"]
+    environment = {**os.environ, "MAYA_STATE_DIR": str(folder)}
+    with subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, env=environment, text=True
+    ) as running:
+        assert running.stdout is not None
+        for line in running.stdout:
+            if line.startswith("Slow motion of line b"):
+                running.send_signal(signal.SIGINT)
+                break
+        rest = running.stdout.read()
+        assert running.wait() == output.INTERRUPTED
+    assert "Stopped." in rest
+    steps = json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"]
+    assert (steps["travel.a"]["state"], steps["travel.b"]["state"]) == ("passed", "interrupted")
+
+
+def test_the_page_lists_the_declared_steps() -> None:
+    rows = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
+    shown = []
+    for row in rows:
+        key, does, needs = (cell.strip() for cell in row.strip("|").split("|"))
+        shown.append((key.strip("`"), does, needs))
+    for step, (key, does, needs) in zip(STEPS, shown, strict=True):
+        assert (key, does) == (step.key, step.does)
+        if key == "home":
+            assert needs == "all before it"
+            assert set(step.needs) == {one.key for one in STEPS[: STEPS.index(step)]}
+        else:
+            assert [name.strip("` ") for name in needs.split(",") if name] == list(step.needs)
+
+
+def asked(question: Question, typed: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Return the answer of a person who types lines at the terminal."""
+    monkeypatch.setattr(sys, "stdin", io.StringIO(typed))
+    return asyncio.run(TerminalPerson(OutputSettings()).ask(question))
+
+
+CHOICES = (PossibleAnswer("go", "Enter: go on"), PossibleAnswer("skip", "s: skip this step"))
+PLAIN = (PossibleAnswer("b+", "line b moved (longer)"), PossibleAnswer("b-", "line b moved (shorter)"))
+
+
+@pytest.mark.parametrize(
+    ("choices", "typed", "answer"),
+    [
+        (CHOICES, "\n", "go"),
+        (CHOICES, "S\n", "skip"),
+        (CHOICES, "what\n\n", "go"),
+        (CHOICES, "q\n", "quit"),
+        (CHOICES, "", "quit"),
+        (PLAIN, "2\n", "b-"),
+        (PLAIN, "\n7\n1\n", "b+"),
+        ((), "two\n2.5\n", "2.5"),
+        ((), "-1\nq\n", "quit"),
+    ],
+)
+def test_a_person_at_the_terminal_answers_by_letter_or_number(
+    choices: tuple[PossibleAnswer, ...], typed: str, answer: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    question = Question("direction.b.seen", Ask.SEEN, "What moved?", choices, 1)
+    assert asked(question, typed, monkeypatch) == answer
+
+
+def test_at_a_terminal_a_person_says_whether_a_step_may_begin(folder: Path) -> None:
+    ours, theirs = os.openpty()
+    command = [sys.executable, "-m", "maya_un.cli.main", "commission", "--address", "sim", "--speed", "1000"]
+    environment = {**os.environ, "MAYA_STATE_DIR": str(folder)}
+    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, env=environment, text=True) as running:
+        os.close(theirs)
+        os.write(ours, b"\n\nq\n")
+        assert running.stdout is not None
+        shown = running.stdout.read()
+        assert running.wait() == output.FAILED
+    os.close(ours)
+    assert shown.count("[Enter: go on | s: skip this step | q: quit; a later `maya commission` continues here]") == 3
+    steps = json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"]
+    assert {key: one["state"] for key, one in steps.items()} == {
+        "connection": "passed",
+        "stop": "passed",
+        "limits": "interrupted",
+    }

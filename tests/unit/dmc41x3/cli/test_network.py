@@ -1,0 +1,177 @@
+"""`dmc find`, `dmc ip` and `dmc assign`: networks, questions, answers, and who may be changed."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from ipaddress import IPv4Address, IPv4Interface
+
+import pytest
+
+from dmc41x3.cli import assign as assigning
+from dmc41x3.cli import network
+from dmc41x3.cli.console import OutputSettings
+from dmc41x3.cli.main import main
+from dmc41x3.errors import AddressInUse, InvalidValue, NoAddressRequest, OtherDhcpServer, PortForbidden
+from dmc41x3.wire.bootp import AddressReply, AddressRequest, DhcpKind, parse_reply, request
+from tests.ports import free_port
+from tests.served_twin import served
+
+MAC = "00:50:4c:08:01:1f"
+ADDRESS, MASK = IPv4Address("127.0.0.9"), IPv4Address("255.0.0.0")
+
+
+@contextmanager
+def listener(answer: bytes) -> Iterator[tuple[int, list[bytes]]]:
+    """Serve one connection that gives the same answer to anything."""
+    heard: list[bytes] = []
+
+    def serve(server: socket.socket) -> None:
+        connection, _ = server.accept()
+        with connection:
+            heard.append(connection.recv(1000))
+            connection.sendall(answer)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=serve, args=(server,))
+        thread.start()
+        yield server.getsockname()[1], heard
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("answer", "firmware"),
+    [
+        (b" DMC4133 Rev 1.3k\r\n:", "DMC4133 Rev 1.3k"),
+        (b"\xff\xfd\x18DMC4183 Rev 1.3h\r\n:", "DMC4183 Rev 1.3h"),
+        (b"login: ", None),
+        (b"x" * 2000, None),
+    ],
+)
+def test_only_a_galil_controller_is_found_and_only_asked_its_firmware(answer: bytes, firmware: str | None) -> None:
+    with listener(answer) as (port, heard):
+        assert asyncio.run(network.identified("127.0.0.1", port)) == firmware
+    assert heard == [b"\x12\x16\r"]
+
+
+def test_serial_port_is_asked_without_a_change() -> None:
+    with served() as twin:
+        path = twin.do(lambda controller: controller.serve_serial())
+        assert network.firmware_at(path) == "DMC4133 Rev 1.3k"
+        assert twin.look(lambda machine: (machine.unit.echo, machine.unit.outlet.mark)) == (1, 2)
+        twin.do(lambda controller: controller.unplug())
+        assert network.firmware_at(path) is None
+
+
+def test_host_without_a_listener_is_no_controller() -> None:
+    assert asyncio.run(network.identified("127.0.0.1", free_port())) is None
+
+
+@pytest.mark.parametrize(
+    ("interface", "hosts"),
+    [("192.168.1.7/24", 254), ("10.1.2.3/22", 1022), ("10.1.2.3/8", 254), ("10.1.2.3/32", 1), ("10.0.0.1/31", 2)],
+)
+def test_network_of_this_computer_is_bounded(interface: str, hosts: int) -> None:
+    found = IPv4Interface(interface)
+    near = network.near(found)
+    assert found.ip in near
+    assert len(list(near.hosts())) == hosts
+
+
+def test_interfaces_are_read_from_the_system() -> None:
+    assert all(not found.is_loopback for found in network.interfaces())
+
+
+@pytest.mark.parametrize("text", ["10.0.0.0/21", "ten", "10.0.0.0/99"])
+def test_network_that_is_not_searched_is_refused(text: str) -> None:
+    with pytest.raises(InvalidValue):
+        network.find([text], 23, False, OutputSettings())
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        (["--set", "nowhere", "--yes"], 4001),
+        (["--mask", "300.0.0.0", "--yes"], 4001),
+        (["--set", "127.0.0.2", "--dhcp", "--yes"], 4008),
+        (["--burn"], 4008),
+    ],
+)
+def test_wrong_change_is_refused_and_changes_nothing(
+    line: list[str], code: int, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with served() as twin:
+        before = twin.look(lambda machine: machine.unit.network)
+        assert main(["ip", twin.address, *line]) == 2
+        assert f"error {code}" in capsys.readouterr().err
+        assert twin.look(lambda machine: machine.unit.network) == before
+
+
+@contextmanager
+def server() -> Iterator[tuple[socket.socket, socket.socket]]:
+    """Give the socket of a server and one of a controller that is connected to it."""
+    with assigning.opened(free_port()) as waiting, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+        asking.settimeout(5.0)
+        asking.connect(("127.0.0.1", waiting.getsockname()[1]))
+        yield waiting, asking
+
+
+def answers(asking: socket.socket, count: int) -> list[AddressReply | None]:
+    return [parse_reply(asking.recv(2048)) for _ in range(count)]
+
+
+@pytest.mark.parametrize("dhcp", [False, True])
+def test_named_controller_gets_its_address(dhcp: bool) -> None:
+    with server() as (waiting, asking):
+        here = IPv4Address("127.0.0.1")
+        asking.send(b"no packet")
+        asking.send(request(AddressRequest("00:50:4c:00:00:01", 5)))
+        if dhcp:
+            asking.send(request(AddressRequest(MAC, 5, DhcpKind.DISCOVER)))
+            asking.send(request(AddressRequest(MAC, 6, DhcpKind.REQUEST, here, IPv4Address("127.0.0.3"))))
+        asking.send(request(AddressRequest(MAC, 6, *((DhcpKind.REQUEST, here, ADDRESS) if dhcp else ()))))
+        assigning.serve(waiting, MAC, ADDRESS, MASK, 5.0)
+        kinds = ((5, DhcpKind.OFFER), (6, DhcpKind.ACK)) if dhcp else ((6, DhcpKind.NONE),)
+        expected = [AddressReply(MAC, number, ADDRESS, here, MASK, kind) for number, kind in kinds]
+        assert answers(asking, len(expected)) == expected
+        asking.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            asking.recv(2048)
+
+
+def test_answer_of_another_server_is_left_alone() -> None:
+    with server() as (waiting, asking):
+        asking.send(request(AddressRequest(MAC, 5, DhcpKind.REQUEST, IPv4Address("10.0.0.1"), ADDRESS)))
+        with pytest.raises(OtherDhcpServer, match=r"10\.0\.0\.1"):
+            assigning.serve(waiting, MAC, ADDRESS, MASK, 5.0)
+        asking.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            asking.recv(2048)
+
+
+def test_controller_that_does_not_ask_is_reported() -> None:
+    with server() as (waiting, _), pytest.raises(NoAddressRequest, match=r"within 0\.01 s"):
+        assigning.serve(waiting, MAC, ADDRESS, MASK, 0.01)
+
+
+def test_port_of_another_server_is_refused() -> None:
+    with server() as (waiting, _), pytest.raises(AddressInUse):
+        assigning.opened(waiting.getsockname()[1])
+
+
+def test_port_for_root_is_refused_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> None:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(socket.socket, "bind", refused)
+    with pytest.raises(PortForbidden, match="port 67"):
+        assigning.opened(67)
+
+
+@pytest.mark.parametrize("line", [["xx", "10.0.0.1"], [MAC, "ten"], [MAC, "10.0.0.1", "--mask", "x"]])
+def test_wrong_assignment_is_refused(line: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["assign", *line, "--port", str(free_port())]) == 2
+    assert "error 4001" in capsys.readouterr().err
