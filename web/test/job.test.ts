@@ -46,6 +46,18 @@ test("a new statement is not complete until its channel or question is chosen", 
   expect(firstGap({ steps: [{ set: { output: 3, to: "on" } }] })).toBeNull();
 });
 
+test("an if keeps both branches, and is not complete without a step in then", () => {
+  const step = { if: { answer: "yes" }, then: [{ pick: "cube" }], else: [{ wait: 1 }, { if: { input: 1, is: "on" }, then: ["home"] }] };
+  const { command, argument, inner, speed, otherwise } = readStep(step);
+  expect(writeStep(command, argument, inner, speed, otherwise)).toEqual(step);
+  expect(renamed({ ...JOB, steps: [step] }, "parts", "cube", "box").steps).toEqual([{ ...step, then: [{ pick: "box" }] }]);
+  expect(bodyAsJob({ steps: [{ ...step, then: [{ home: true }] }] }).steps).toEqual([{ ...step, then: ["home"] }]);
+  expect(firstGap({ steps: [step] })).toBeNull();
+  for (const open of [{ ...step, then: [] }, { ...step, then: [{ pick: null }] }, { ...step, else: [{ wait: null }] }, { ...step, if: { answer: "" } }, newStep(JOB, "if")]) {
+    expect(firstGap({ steps: [open] })).toEqual({ step: 0, inner: null });
+  }
+});
+
 test("a renamed part keeps the speed of its step, and changes no question", () => {
   const job = { ...JOB, steps: [{ pick: "cube", speed: 0.5 }, { ask: "cube" }] };
   expect(renamed(job, "parts", "cube", "box").steps).toEqual([{ pick: "box", speed: 0.5 }, { ask: "cube" }]);
@@ -160,8 +172,14 @@ test.each([
   [["skipped", "done", "failed"], 3],
   [["cancelled", "skipped"], 1],
 ])("a job with the steps %j begins again at %j", (states, first) => {
-  const steps = states.map((state, i) => ({ index: i + 1, state }) as StepResult);
+  const steps = states.map((state, i) => ({ index: i + 1, key: `steps.${i}`, state, phase: "" }) as StepResult);
   expect(firstUndone(steps)).toBe(first);
+});
+
+test("a job begins again behind a branch that was not taken", () => {
+  const steps = [["steps.0", "done", "then"], ["steps.0.then.0", "done", ""], ["steps.0.else.0", "skipped", ""], ["steps.1", "failed", ""]] as const;
+  expect(firstUndone(steps.map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBe(4);
+  expect(firstUndone(steps.slice(0, 3).map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBeNull();
 });
 
 test("of jobs with one name the newest is offered", () => {

@@ -9,8 +9,11 @@ from typing import Any
 from dmc41x3.i18n import marked, translate, translate_phrase
 
 STEP_KEYS = (
-    "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point"
+    "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point", "phase"
 )  # fmt: skip
+_CHOOSING = frozenset({"ask", "if"})
+"""The steps whose phase is a choice: an answer, or a branch."""
+
 _JOB_KEYS = ("state", "code", "message", "predicted", "duration", "lowest", "highest", "remarks")
 
 
@@ -40,7 +43,7 @@ def as_text(data: Mapping[str, Any], language: str) -> str:
     if data["parts"]:
         blocks.append(_parts(data["parts"], language))
     if data["remarks"]:
-        shape = translate("not quite a rectangle", language)
+        shape = translate("note", language)
         blocks.append("\n".join(f"{shape}: {translate_phrase(remark, language)}" for remark in data["remarks"]))
     return "\n\n".join(blocks)
 
@@ -72,6 +75,8 @@ def _steps(steps: Iterable[Mapping[str, Any]], language: str) -> str:
 
 def _step_row(step: Mapping[str, Any]) -> tuple[str, ...]:
     result = f"{step['state']} ({step['code']})" if step["code"] else step["state"]
+    if step["state"] == "done" and step["step"].partition(" ")[0] in _CHOOSING:
+        result = f"{result}: {step['phase']}"
     return (str(step["index"]), step["step"], result, _seconds(step["predicted"]), _seconds(step["duration"]))
 
 

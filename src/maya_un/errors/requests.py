@@ -153,7 +153,7 @@ class DependencyFailed(
 class InputTimeout(
     RequestError,
     code=4024,
-    en="Input {input} was not {level} within {seconds:g} s. Find out why, then run the job again from this step "
+    en="Input {input} was not {level} within {seconds} s. Find out why, then run the job again from this step "
     "with `maya job again`.",
 ):
     """A job has waited too long for a digital input."""

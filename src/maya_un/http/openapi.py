@@ -36,7 +36,7 @@ from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_TEXT
 from maya_un.process.journal.protocol import JobOptions
 from maya_un.process.spec.job import BARE, SKILLS, SPEED, Grid, Job
-from maya_un.process.spec.statements import STATEMENTS, Statement
+from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, JobStatement
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Primitive, Switch, Target
 from maya_un.service.access.operations import RULES, STOPPING, Operation
@@ -116,7 +116,7 @@ def _step(argument: Argument) -> dict[str, Any]:
             return {"const": True}
 
 
-def _statement(statement: type[Statement], schema: dict[str, Any]) -> dict[str, Any]:
+def _statement(statement: type[JobStatement], schema: dict[str, Any]) -> dict[str, Any]:
     """Return the schema of a statement, whose `schema` is that of its model."""
     whole = {key: value for key, value in schema.items() if key not in {"title", "description"}}
     if not statement.short:
@@ -135,7 +135,10 @@ def _job() -> dict[str, Any]:
     step["oneOf"] = [{"required": [name]} for name in step["properties"] if name != SPEED]
     for places in ("parts", "places"):
         schema["properties"][places] |= {"additionalProperties": POINT}
-    schema["properties"]["steps"]["items"]["oneOf"].append({"enum": sorted(BARE)})
+    lists = (schema["properties"]["steps"], models["ForEach"]["properties"]["do"])
+    branches = [models["IfElse"]["properties"][name] for name in (THEN, ELSE)]
+    for steps in (*lists, *branches):
+        steps["items"]["oneOf"].append({"enum": sorted(BARE)})
     schema["properties"]["repeat"] |= {"minimum": 1, "maximum": 10_000}
     schema["description"] = "A job as people write it: named parts and places, pallets, steps, how often."
     return schema

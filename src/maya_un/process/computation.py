@@ -11,14 +11,13 @@ from __future__ import annotations
 
 import asyncio
 import pickle
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
-from math import inf
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from dmc41x3.i18n import phrase
-from maya_un.config import Config, Units
-from maya_un.controller.protocol import Closest, Controller, Inspection
+from maya_un.controller.protocol import Controller
 from maya_un.errors import (
     InvalidJob,
     InvalidRequest,
@@ -30,220 +29,36 @@ from maya_un.errors import (
     WorkerFailed,
 )
 from maya_un.kinematics.workspace import Workspace
+from maya_un.process.outlook import (
+    Course,
+    JobOutlook,
+    inspect_tasks,
+    joined_outlook,
+    preview_tasks,
+    require_channels,
+    step_of,
+)
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.json_object import decode_object
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.statements import Statement
-from maya_un.process.spec.tasks import (
-    COMMAND_KEY,
-    Action,
-    Body,
-    Expansion,
-    Recall,
-    StoredJob,
-    Task,
-    expand,
-    expanded,
-    write_job,
-)
+from maya_un.process.spec.statements import Condition, JobStatement
+from maya_un.process.spec.stored import COMMAND_KEY, Body, StoredJob, expanded, write_job
+from maya_un.process.spec.tasks import Action, Expansion, Recall, Task, expand
 from maya_un.quantities import has_units
-from maya_un.robot.plan_builder import ActionDetail, Pose, PrimitivePreview
-from maya_un.robot.primitives import Primitive
+from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot, gripper_path, on_paper
 from maya_un.schema.previews import (
-    Band,
     JobInspection,
     JobMistake,
     JobPreview,
     JobText,
-    Nearest,
     ParsedJob,
-    PhasePreview,
-    Refusal,
-    Samples,
-    StepPreview,
 )
-from maya_un.values import Notice, Point
+from maya_un.values import Point
 from maya_un.workers import Work, WorkerSet
 
 MOST_TEXT = 65_536
 """Longest text of a job that is parsed for a caller [characters]; a thousand steps have about half of it."""
-
-
-class JobOutlook(NamedTuple):
-    """The preview of a job and its end position, or its refusal."""
-
-    preview: JobPreview
-    end: Pose
-
-
-class PreviewSource(Protocol):
-    """A source of previews of primitives: a robot, or its planner."""
-
-    @property
-    def config(self) -> Config:
-        """The machine's constants."""
-        ...
-
-    def preview(self, primitive: Primitive, start: Pose, speed: float = 1.0) -> PrimitivePreview:
-        """Return the preview of `primitive` from `start`; raises the errors of running it."""
-        ...
-
-
-def _previewed(robot: PreviewSource, task: Task, start: Pose) -> PrimitivePreview:
-    """Return the preview of a task from `start`; raises the errors of running it."""
-    action = task.action
-    if isinstance(action, Statement):
-        action.checked(robot.config.controller, task.place)
-        return PrimitivePreview(action.duration, _phases(action), None, None, start)
-    return robot.preview(action, start, task.speed)
-
-
-def _phases(statement: Statement) -> tuple[PhasePreview, ...]:
-    return (PhasePreview(statement.command, statement.duration),)
-
-
-def require_channels(tasks: Sequence[Task], config: Config) -> None:
-    """Raise `InvalidJob` for the first statement with an output or input that the configuration lacks."""
-    for task in tasks:
-        if isinstance(task.action, Statement):
-            task.action.checked(config.controller, task.place)
-
-
-def preview_tasks(robot: PreviewSource, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
-    """Return the preview of `tasks` from `start`, and their end.
-
-    Yields after every step, so that other tasks may run.
-    """
-    units = Units.of(robot.config)
-    pose = start
-    steps: list[StepPreview] = []
-    refusal: Refusal | None = None
-    for task in tasks:
-        try:
-            step = _previewed(robot, task, pose)
-        except RequestError as error:
-            refusal = Refusal(task.index, task.key, task.label, Notice(error.code, str(error)))
-            break
-        steps.append(_step(task, step, units))
-        pose = step.end
-        yield
-    return JobOutlook(_preview(steps, refusal), pose)
-
-
-def joined_outlook(courses: Sequence[JobOutlook], start: Pose) -> JobOutlook:
-    """Combine outlooks, each from the end of the one before; without any, the result ends at `start`."""
-    if len(courses) == 1:
-        return courses[0]
-    steps = [step for course in courses for step in course.preview.steps]
-    refusal = courses[-1].preview.refusal if courses else None
-    return JobOutlook(_preview(steps, refusal), courses[-1].end if courses else start)
-
-
-def _preview(steps: Sequence[StepPreview], refusal: Refusal | None) -> JobPreview:
-    return JobPreview(
-        duration=sum(step.duration for step in steps if step.duration is not None),
-        lowest=min((step.lowest for step in steps if step.lowest is not None), default=None),
-        highest=max((step.highest for step in steps if step.highest is not None), default=None),
-        steps=tuple(steps),
-        refusal=refusal,
-    )
-
-
-def _step(task: Task, step: PrimitivePreview, units: Units) -> StepPreview:
-    return StepPreview(
-        index=task.index,
-        key=task.key,
-        step=task.label,
-        duration=step.duration,
-        phases=step.phases,
-        lowest=step.lowest,
-        highest=step.highest,
-        end_counts=None if step.end.joints is None else units.to_counts(step.end.joints),
-    )
-
-
-class InspectionSource(PreviewSource, Protocol):
-    """A source of details of primitives."""
-
-    def inspect(
-        self, primitive: Primitive, start: Pose, samples: int = 200, speed: float = 1.0
-    ) -> tuple[list[ActionDetail], Pose]:
-        """Return the details of every action of `primitive` from `start`, and its end pose."""
-        ...
-
-
-def inspect_tasks(
-    robot: InspectionSource, tasks: Sequence[Task], start: Pose, samples: int, most: float = inf
-) -> Generator[None, None, JobInspection]:
-    """Return the details of `tasks` from `start` up to the first refused one; yields after every step.
-
-    Every motion has `samples` samples. Raises `TooLarge` for more than `most` in all.
-    """
-    preview = (yield from preview_tasks(robot, tasks, start)).preview
-    found = _Collected()
-    pose = start
-    for task in tasks[: len(preview.steps)]:
-        action = task.action
-        if isinstance(action, Statement):
-            details = [ActionDetail(_phases(action), action.duration, None)]
-        else:
-            details, pose = robot.inspect(action, pose, samples, task.speed)
-        for detail in details:
-            found.add(task.index, detail)
-        if len(found.inspections) * samples > most:
-            raise TooLarge(most=phrase("{most:d} samples", most=most))
-        yield
-    return JobInspection(
-        preview,
-        tuple(found.bands),
-        _least(found.closest),
-        max((motion.stopping.time for motion in found.inspections), default=0.0),
-        max((motion.stopping.distance for motion in found.inspections), default=0.0),
-        tuple(found.motions),
-    )
-
-
-class _Collected:
-    """The results of a job's actions, one after the other."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-        self.bands: list[Band] = []
-        self.closest: list[Nearest] = []
-        self.motions: list[Samples] = []
-        self.inspections: list[Inspection] = []
-
-    def add(self, step: int, detail: ActionDetail) -> None:
-        """Add an action that begins now."""
-        if detail.motion is not None:
-            self._add_motion(step, detail.motion)
-        for name, duration in detail.phases:
-            end = self.now + (duration or 0.0)
-            self.bands.append(Band(step, name, self.now, end))
-            self.now = end
-
-    def _add_motion(self, step: int, motion: Inspection) -> None:
-        self.inspections.append(motion)
-        self.closest += [_of_job(near, step, self.now) for near in motion.closest]
-        joints = [(a, b, c) for a, b, c in motion.trajectory.joints.tolist()]
-        velocity = [(a, b, c) for a, b, c in motion.trajectory.velocity.tolist()]
-        times = (self.now + motion.trajectory.time).tolist()
-        self.motions.append(Samples(step, tuple(times), tuple(joints), tuple(velocity)))
-
-
-def _of_job(near: Closest, step: int, begun: float) -> Nearest:
-    return Nearest(near.name, near.margin, near.unit, near.zone, step, begun + near.time)
-
-
-def _least(found: Iterable[Nearest]) -> tuple[Nearest, ...]:
-    """Return the least margin of every name, limits first, in the order of the motions."""
-    least: dict[tuple[bool, str], Nearest] = {}
-    for near in found:
-        known = least.get((near.zone, near.name))
-        if known is None or near.margin < known.margin:
-            least[near.zone, near.name] = near
-    return tuple(sorted(least.values(), key=lambda near: near.zone))
 
 
 MOST_SAMPLED = 200_000
@@ -332,7 +147,7 @@ def expand_kept(body: Body, grasp_height: float) -> Generator[Any, None, Expansi
     return ExpansionRest.of(expansion)
 
 
-def walk(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, JobOutlook]:
+def walk(workspace: Workspace, tasks: Sequence[Task], start: Course) -> Generator[None, None, JobOutlook]:
     """Return the preview of some tasks from `start`."""
     return (yield from preview_tasks(on_paper(workspace), tasks, start))
 
@@ -343,28 +158,30 @@ def path_ahead(
     """Return at most `most` points [m] on the path of the last of some actions, which begin at `start`."""
     pose = start
     *before, last = actions
+    if any(isinstance(action, Condition) for action in before):
+        return ()
     for action in before:
-        if not isinstance(action, Statement):
+        if not isinstance(action, JobStatement):
             pose = on_paper(workspace).preview(action, pose).end
         yield
-    if isinstance(last, Statement):
+    if isinstance(last, JobStatement):
         return ()
     found = on_paper(workspace).plan(last, pose)
     yield
     return gripper_path(workspace, found, most)
 
 
-def require(workspace: Workspace, tasks: Sequence[Task], start: Pose) -> Generator[None, None, Pose]:
-    """Return the end of some tasks; raises the error of the first task that would be refused."""
-    pose = start
+def require(workspace: Workspace, tasks: Sequence[Task], start: Course) -> Generator[None, None, Course]:
+    """Return the course after some tasks; raises the error of the first task that would be refused."""
+    course = start
     for task in tasks:
-        pose = _previewed(on_paper(workspace), task, pose).end
+        _, course = step_of(on_paper(workspace), task, course)
         yield
-    return pose
+    return course
 
 
 def preview(
-    workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Pose
+    workspace: Workspace, job: object, taught: bytes, grasp_height: float, start: Course
 ) -> Generator[None, None, JobPreview]:
     """Return the preview of a job."""
     yield
@@ -377,7 +194,7 @@ def inspect(
     job: object,
     taught: bytes,
     grasp_height: float,
-    start: Pose,
+    start: Course,
     samples: int,
 ) -> Generator[None, None, JobInspection]:
     """Return a job in detail; raises `TooLarge` for more than `MOST_SAMPLED` samples."""
@@ -490,21 +307,32 @@ class JobComputer:
             return expanded(body, self._grasp_height)
         return await asyncio.get_running_loop().run_in_executor(None, expanded, body, self._grasp_height)
 
-    async def walk(self, tasks: Sequence[Task], start: Pose, *, whose: str = CHECK) -> JobOutlook:
+    def course(self, start: Pose, answers: Mapping[int, str] | None = None) -> Course:
+        """Return the course from `start` with the present inputs, and the `answers` to earlier questions by task."""
+        signals = self._controller.signals()
+        return Course((start,), None if signals is None else signals.inputs, tuple((answers or {}).items()))
+
+    async def walk(
+        self, tasks: Sequence[Task], start: Pose, answers: Mapping[int, str] | None = None, *, whose: str = CHECK
+    ) -> JobOutlook:
         """Return the outlook of `tasks` from `start`; sends nothing, and lets other tasks run meanwhile.
 
-        Raises as `Workers.run` does.
+        `answers` are those to earlier questions, by task. Raises as `Workers.run` does.
         """
+        if any(isinstance(task.action, Condition) for task in tasks):
+            with suppress(RequestError):  # without inputs, the prediction takes the first branches
+                await self._controller.input(1)
+        course, courses = self.course(start, answers), list[JobOutlook]()
         if self._staff is None:
-            return await _slowly(preview_tasks(self._robot, tasks, start))
-        pose, courses = start, list[JobOutlook]()
+            return await _slowly(preview_tasks(self._robot, tasks, course))
+        first = course
         for begin in range(0, len(tasks), PIECE):
             some = list(tasks[begin : begin + PIECE])
-            courses.append(await self._asked(walk, some, pose, whose=whose))
-            pose = courses[-1].end
+            courses.append(await self._asked(walk, some, course, whose=whose))
+            course = courses[-1].course
             if courses[-1].preview.refusal is not None:
                 break
-        return joined_outlook(courses, start)
+        return joined_outlook(courses, first)
 
     async def path_ahead(self, actions: Sequence[Action], start: Pose, most: int) -> tuple[Point, ...]:
         """Return at most `most` points [m] on the path of the last of some actions, which begin at `start`.
@@ -517,29 +345,29 @@ class JobComputer:
 
     async def require(self, tasks: Sequence[Task], start: Pose) -> None:
         """Raise the refusal of the first of `tasks` that would be refused from `start`; sends nothing."""
-        pose = start
+        course = self.course(start)
         for begin in range(0, len(tasks), PIECE):
             some = list(tasks[begin : begin + PIECE])
             if self._staff is not None:
-                pose = await self._asked(require, some, pose, whose=CHECK)
+                course = await self._asked(require, some, course, whose=CHECK)
                 continue
             for task in some:
-                pose = _previewed(self._robot, task, pose).end
+                _, course = step_of(self._robot, task, course)
                 await asyncio.sleep(0)
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return the preview of `job` from `start`; raises as `written` does for its contents; sends nothing."""
         if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
-            return (await _slowly(preview_tasks(self._robot, tasks, start))).preview
-        return await self._asked(preview, job, self.taught(), self._grasp_height, start, whose=CHECK)
+            return (await _slowly(preview_tasks(self._robot, tasks, self.course(start)))).preview
+        return await self._asked(preview, job, self.taught(), self._grasp_height, self.course(start), whose=CHECK)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
         """Return the details of `job` from `start`; raises as `preview` does; sends nothing."""
         if self._staff is None:
             tasks = expand(job, self._grasp_height, self._recall).tasks
-            return await _slowly(inspect_tasks(self._robot, tasks, start, samples))
-        asked = (job, self.taught(), self._grasp_height, start, samples)
+            return await _slowly(inspect_tasks(self._robot, tasks, self.course(start), samples))
+        asked = (job, self.taught(), self._grasp_height, self.course(start), samples)
         return await self._asked(inspect, *asked, whose=CHECK)
 
     def taught(self) -> bytes:

@@ -16,7 +16,7 @@ A stop, a fault or the loss of the link pauses the queue: nothing starts by itse
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from dmc41x3.i18n import phrase
@@ -40,7 +40,9 @@ from maya_un.process.queue.statements import require_choice
 from maya_un.process.queue.views import QueueViews
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.tasks import Recall, StoredJob, write_command
+from maya_un.process.spec.statements import ELSE, THEN, Ask
+from maya_un.process.spec.stored import StoredJob, write_command
+from maya_un.process.spec.tasks import Recall, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
@@ -157,8 +159,9 @@ class Process:
             raise InvalidValue(
                 key="from_step", value=from_step, reason=phrase("the job has steps 1 to {count}", count=count)
             )
-        first = _first_undone(steps, count) if from_step is None else from_step
-        return await self._submit(StoredJob(row.name, row.body, expansion), asked, first - 1, halts=halts)
+        first = _first_undone(steps, expansion.tasks) if from_step is None else from_step
+        skipped = _passed_over(expansion.tasks, steps, first)
+        return await self._submit(StoredJob(row.name, row.body, expansion), asked, skipped, halts=halts)
 
     async def result(self, number: int) -> JobReport:
         """Wait until a job has ended, or this process is closed, and return its report; raises `NotFound`."""
@@ -305,7 +308,7 @@ class Process:
             item.finish()
 
     async def _submit(
-        self, written: StoredJob, asked: SubmitRequest, skipped: int = 0, halts: int | None = None
+        self, written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow] = (), halts: int | None = None
     ) -> int:
         """Store a job; if `halts` has changed since its request, a stop came meanwhile, and the queue pauses."""
         if not asked.options.held and not asked.proposal:
@@ -313,7 +316,7 @@ class Process:
         before = self.turns.halts if halts is None else halts
         return await self._whole.do(self._taken_in(written, asked, skipped, before))
 
-    async def _taken_in(self, written: StoredJob, asked: SubmitRequest, skipped: int, halts: int) -> int:
+    async def _taken_in(self, written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow], halts: int) -> int:
         number = await self._submitting.submit(written, asked, skipped)
         if halts != self.turns.halts:
             self.turns.pause_by_itself("stop")
@@ -338,16 +341,41 @@ class Process:
             raise Faulted(fault=state.fault.message if state.fault else "")
 
 
-def _first_undone(steps: tuple[StepRow, ...], count: int) -> int:
+def _first_undone(steps: tuple[StepRow, ...], tasks: Sequence[Task]) -> int:
     """Return the first step that was not done, or the first step if all were done.
 
-    Steps skipped before count as done.
+    Steps skipped before count as done, and so do those of branches that were not taken.
     """
+    count = len(tasks)
     over = {step.index for step in steps if step.state is TaskState.DONE}
+    for step in steps:
+        if step.state is TaskState.DONE and tasks[step.index - 1].branches:
+            over.update(tasks[step.index - 1].branch(ELSE if step.phase == THEN else THEN))
     skipped = {step.index for step in steps if step.state is TaskState.SKIPPED}
     begun = max(over, default=0)
     left = (n for n in range(1, count + 1) if n not in over and not (n in skipped and n < begun))
     return next(left, 1)
+
+
+def _passed_over(tasks: Sequence[Task], steps: tuple[StepRow, ...], first: int) -> list[StepRow]:
+    """Return the rows of the steps that a job leaves out if it begins at step `first`, with their answers.
+
+    If it begins within a `then`, they include the `else`. Raises `InvalidValue` if a later step needs an answer that
+    was not given.
+    """
+    answers = {step.index: step.phase for step in steps if isinstance(tasks[step.index - 1].action, Ask)}
+    left_out = set(range(1, first))
+    for task in tasks[: first - 1]:
+        if task.branches and first in task.branch(THEN):
+            left_out.update(task.branch(ELSE))
+    for task in tasks[first - 1 :]:
+        if task.index not in left_out and 0 < task.asked < first and not answers.get(task.asked):
+            raise InvalidValue(
+                key="from_step",
+                value=first,
+                reason=phrase("step {later} needs the answer to step {asked}", later=task.index, asked=task.asked),
+            )
+    return [StepRow(index, TaskState.SKIPPED, phase=answers.get(index, "")) for index in sorted(left_out)]
 
 
 def _loop_time(after: float) -> str:

@@ -216,9 +216,9 @@ class JobReport:
     `predicted` is the sum over the steps that can be predicted (a homing cannot). `lowest` and `highest` bound the
     gripper point over the whole checked job [m], None if it was checked in an earlier run, or ended before its first
     step. `parts` contains the positions where the job has put its named parts [m], None for parts that it has not put
-    down, or released at an unknown position. `remarks` describe deviations of its pallets, which are used nevertheless.
-    `line` is its line of the queue, with its owner, dates and options. `version` changes with its steps and the places
-    that they name.
+    down, or released at an unknown position. `remarks` describe deviations of its pallets, which are used nevertheless,
+    and what the prediction leaves out or assumes. `line` is its line of the queue, with its owner, dates and options.
+    `version` changes with its steps and the places that they name.
     """
 
     id: int

@@ -17,7 +17,10 @@ class PhasePreview(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class StepPreview:
-    """One step: durations in s (None for a homing), heights in m, `end_counts` in encoder counts."""
+    """One step: durations in s (None for a homing), heights in m, `end_counts` in encoder counts.
+
+    A step that is not `expected` belongs to a branch to which the present inputs, or the first answers, do not lead.
+    """
 
     index: int
     key: str
@@ -27,6 +30,7 @@ class StepPreview:
     lowest: float | None
     highest: float | None
     end_counts: tuple[int, int, int] | None
+    expected: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +47,9 @@ class Refusal:
 class JobPreview:
     """The preview of a job.
 
-    `duration` [s] is the sum over the steps that can be predicted (not homing). `lowest` and `highest` are the extreme
-    heights of the gripper point [m]. If there is a `refusal`, `steps` ends before the refused step. Maya would then
-    refuse the whole job.
+    `duration` [s] is the sum over the expected steps that can be predicted (not homing). `lowest` and `highest` are the
+    extreme heights of the gripper point [m]. If there is a `refusal`, `steps` ends before the refused step. Maya would
+    then refuse the whole job.
     """
 
     duration: float

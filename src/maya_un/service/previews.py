@@ -61,8 +61,9 @@ class PreviewService:
         start = self._start(from_homed)
         if self._computing.workers is None:
             return to_json(await self._foresight.preview(computation.parsed(job), start))
+        course = self._foresight.course(start)
         return await self._computing.pieces(
-            by, preview, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, start
+            by, preview, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, course
         )
 
     async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
@@ -74,8 +75,9 @@ class PreviewService:
         start = self._start(from_homed)
         if self._computing.workers is None:
             return to_json(await self._foresight.inspect(computation.parsed(job), start, samples))
+        course = self._foresight.course(start)
         return await self._computing.pieces(
-            by, inspect, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, start, samples
+            by, inspect, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, course, samples
         )
 
     async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:

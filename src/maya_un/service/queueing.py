@@ -18,7 +18,7 @@ from maya_un.process.journal.protocol import AuditRow, EventRow, Filter, JobRow,
 from maya_un.process.lease import ControlLease
 from maya_un.process.process import Process
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, SubmitRequest
-from maya_un.process.spec.tasks import version_of
+from maya_un.process.spec.stored import version_of
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.recording import SavingCause, TimeSpan
 from maya_un.recorder.scope import require_columns, sampled

@@ -33,6 +33,7 @@ STEP: dict[str, Any] = {
     "duration": 12.34,
     "end_counts": [1, 2, 3],
     "end_point": [0.5, 1.0, 0.4],
+    "phase": "up",
 }
 REPORT: dict[str, Any] = {
     "id": 4,
@@ -64,7 +65,7 @@ def test_data_has_the_parts_by_both_records() -> None:
 def test_report_names_misshapen_pallets() -> None:
     remarked = as_data({**REPORT, "remarks": ["tray: its corners are 3.0 mm off a plane"]}, None)
     assert remarked["remarks"] == ["tray: its corners are 3.0 mm off a plane"]
-    assert as_text(remarked, "en").endswith("\n\nnot quite a rectangle: tray: its corners are 3.0 mm off a plane")
+    assert as_text(remarked, "en").endswith("\n\nnote: tray: its corners are 3.0 mm off a plane")
 
 
 def test_a_real_machine_has_no_record_of_parts() -> None:

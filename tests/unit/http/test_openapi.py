@@ -5,9 +5,11 @@ import json
 from collections import Counter
 from typing import Any, cast
 
+import pytest
+from jsonschema import Draft202012Validator
 from pydantic import TypeAdapter
 
-from maya_un.errors import by_code
+from maya_un.errors import InvalidJob, by_code
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.exchange import BodyReader, RawBody
@@ -85,6 +87,46 @@ def test_examples_are_good_requests() -> None:
                 from_dict(example, 0.4)
             assert rule.takes is not None, route.path
     assert shown > 25
+
+
+STATEMENTS = [
+    {"wait": 2},
+    {"wait": "1.5 min"},
+    {"set": {"output": "vacuum", "to": "on"}},
+    {"wait_for": {"input": 3, "is": False, "within": "10 s"}},
+    {"ask": "Full?"},
+    {"ask": {"question": "Full?", "choices": ["yes", "no"]}},
+    {"pick": [0.5, 1.1], "speed": "50 %"},
+    {"if": {"input": 3, "is": "on"}, "then": ["home", {"if": {"answer": "yes"}, "then": [{"wait": 1}]}], "else": []},
+    {"for_each": "box", "do": [{"if": {"input": 1, "is": "off"}, "then": [{"approach": "box[each]"}]}]},
+]
+WRONG = [
+    {"wait": 0},
+    {"wait": 1, "ask": "Full?"},
+    {"speed": 0.5},
+    {"set": {"output": 9, "to": "on"}},
+    {"set": {"output": 3}},
+    {"if": {"input": 3, "is": "on"}, "then": []},
+    {"if": {"input": 3, "is": "on"}, "else": ["home"]},
+]
+
+
+def _accepted(step: Any) -> bool:
+    schema = {"$ref": "#/components/schemas/Job", "components": DOCUMENT["components"]}
+    return Draft202012Validator(schema).is_valid({"steps": [step]})
+
+
+@pytest.mark.parametrize("step", STATEMENTS)
+def test_the_schema_of_jobs_accepts_every_statement(step: Any) -> None:
+    assert _accepted(step)
+    Job.parse({"steps": [step]})
+
+
+@pytest.mark.parametrize("step", WRONG)
+def test_the_schema_of_jobs_refuses_wrong_statements(step: Any) -> None:
+    assert not _accepted(step)
+    with pytest.raises(InvalidJob):
+        Job.parse({"steps": [step]})
 
 
 def test_the_document_is_made_once() -> None:

@@ -3,7 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from maya_un.process.computation import inspect_tasks as worked_out
+from maya_un.process.outlook import Course
+from maya_un.process.outlook import inspect_tasks as worked_out
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot
@@ -18,7 +19,7 @@ async def inspected(steps: list[object], samples: int = 50) -> JobInspection:
     controller = FakeController()
     robot = MayaRobot(controller, controller.config)
     tasks = expand(Job.parse({"steps": steps}), 0.4).tasks
-    return finished(worked_out(robot, tasks, robot.pose, samples))
+    return finished(worked_out(robot, tasks, Course((robot.pose,)), samples))
 
 
 async def test_bands_follow_each_other_and_make_up_the_job() -> None:

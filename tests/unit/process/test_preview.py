@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from maya_un.process.computation import preview_tasks
+from maya_un.process.outlook import Course, preview_tasks
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.tasks import expand
 from maya_un.robot.robot import MayaRobot
@@ -14,7 +14,7 @@ from tests.generators import finished
 async def previewed(controller: FakeController, *steps: object, repeat: int = 1) -> JobPreview:
     robot = MayaRobot(controller, controller.config)
     tasks = expand(Job.parse({"steps": list(steps), "repeat": repeat}), controller.config.cell.grasp_height).tasks
-    return finished(preview_tasks(robot, tasks, robot.pose)).preview
+    return finished(preview_tasks(robot, tasks, Course((robot.pose,)))).preview
 
 
 async def test_a_preview_adds_up_its_steps() -> None:

@@ -6,18 +6,21 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, InvalidJob
-from maya_un.process.computation import require_channels
+from maya_un.process.outlook import require_channels
 from maya_un.process.spec.documents import write_yaml
-from maya_un.process.spec.job import Job, load_job
+from maya_un.process.spec.job import IfElse, Job, Step, load_job
 from maya_un.process.spec.poses import TaughtPlaces
 from maya_un.process.spec.statements import LONGEST, STATEMENTS, Ask, SetOutput, Wait, WaitFor
-from maya_un.process.spec.tasks import Task, expand, expanded, write_job
+from maya_un.process.spec.stored import expanded, write_job
+from maya_un.process.spec.tasks import Task, expand
+from maya_un.robot.primitives.pick import Pick
 
 HEIGHT = 0.4
 CHANNELS = parse({"controller": {"outputs": [3, 5], "output_names": ["", "", "vacuum"], "input_names": ["door"]}})
@@ -57,10 +60,90 @@ statements = st.one_of(
 )
 
 
+conditions = st.builds(lambda one, level: {"input": one, "is": level}, channels, levels)
+steps = st.recursive(
+    st.lists(statements, min_size=1, max_size=3),
+    lambda inner: st.lists(
+        st.builds(lambda one, then, other: {"if": one, "then": then, "else": other}, conditions, inner, inner)
+        | st.builds(lambda one, then: {"if": one, "then": then}, conditions, inner),
+        min_size=1,
+        max_size=2,
+    ),
+    max_leaves=6,
+).map(lambda found: [*found, {"for_each": "row", "do": found}])
+ROW = {"row": {"corners": [[0.3, 1.0], [0.5, 1.0]], "rows": 1, "columns": 2}}
+
+
+@given(steps)
+def test_branches_are_read_back_and_their_tasks_are_ranges_within_each_other(found: list[Any]) -> None:
+    job = Job.parse({"steps": found, "pallets": ROW})
+    assert Job.parse(job.as_data()) == job
+    tasks = expand(job, HEIGHT).tasks
+    assert [task.index for task in tasks] == list(range(1, len(tasks) + 1))
+    for task in tasks:
+        inner = [*task.branch("then"), *task.branch("else")]
+        assert inner == list(range(task.index + 1, task.index + 1 + task.branches))
+        assert all(tasks[index - 1].key.startswith(f"{task.key}.then") for index in task.branch("then"))
+        assert all(tasks[index - 1].key.startswith(f"{task.key}.else") for index in task.branch("else"))
+        assert task.index + task.branches <= len(tasks)
+
+
+def test_a_part_keeps_its_place_after_branches_that_agree() -> None:
+    parts = {"parts": {"cube": [0.5, 1.1], "box": [0.7, 1.1]}, "places": {"tray": [1.1, 0.5], "mat": [1.0, 0.7]}}
+    carry = [{"pick": "cube"}, {"place": "tray"}]
+    same = {"if": {"input": 1, "is": "on"}, "then": carry, "else": [{"wait": 1}, *carry]}
+    found = expand(Job.parse({"steps": [same, {"pick": "cube"}], **parts}), HEIGHT)
+    last = found.tasks[-1].action
+    assert isinstance(last, Pick)
+    assert last.target == pytest.approx((1.1, 0.5, HEIGHT))
+    other = {"if": {"input": 1, "is": "on"}, "then": [{"pick": "cube"}], "else": [{"pick": "box"}]}
+    assert expand(Job.parse({"steps": [other], **parts}), HEIGHT).parts == {"cube": None, "box": None}
+
+
+NESTED = {"if": {"input": 1, "is": "on"}, "then": [{"for_each": "row", "do": ["home"]}]}
+
+
+@pytest.mark.parametrize(
+    ("found", "key"),
+    [
+        ({"for_each": "row", "do": [NESTED]}, "steps.1.do.0.then.0"),
+        ({"if": {"input": 3}, "then": ["home"]}, "steps.1.if"),
+        ({"if": {"input": 3, "is": "on", "answer": "yes"}, "then": ["home"]}, "steps.1.if"),
+        ({"if": {"input": 3, "is": "on"}, "then": []}, "steps.1.then"),
+        ({"if": {"input": 3, "is": "on"}}, "steps.1.then"),
+        ({"if": {"input": 3, "is": "on"}, "then": ["home"], "otherwise": []}, "steps.1.otherwise"),
+        ({"if": {"input": 3, "is": "on"}, "then": [{"wait": 1}, {"wait": 0}]}, "steps.1.then.1.wait"),
+        ({"if": {"answer": "perhaps"}, "then": ["home"]}, "steps.1.if"),
+        (
+            {"for_each": "row", "do": [{"if": {"input": 1, "is": "on"}, "then": [{"wait": 0}]}]},
+            "steps.1.do.0.then.0.wait",
+        ),
+    ],
+)
+def test_branches_are_refused_with_their_place(found: Any, key: str) -> None:
+    with pytest.raises(InvalidJob) as refused:
+        expand(
+            Job.parse({"steps": [{"ask": {"question": "?", "choices": ["yes", "no"]}}, found], "pallets": ROW}), HEIGHT
+        )
+    assert refused.value.details["key"] == key
+
+
+def test_a_question_within_a_branch_does_not_count_behind_it() -> None:
+    ask = {"if": {"input": 1, "is": "on"}, "then": [{"ask": {"question": "?", "choices": ["yes", "no"]}}]}
+    with pytest.raises(InvalidJob):
+        expand(Job.parse({"steps": [ask, {"if": {"answer": "yes"}, "then": ["home"]}]}), HEIGHT)
+
+
+def test_steps_that_are_nested_too_deeply_are_refused() -> None:
+    found: list[Any] = ["home"]
+    for _ in range(2_000):
+        found = [{"if": {"input": 1, "is": "on"}, "then": found}]
+    with pytest.raises(InvalidJob):
+        Job.parse({"steps": found})
+
+
 @given(st.lists(statements, min_size=1, max_size=8))
 def test_a_job_of_statements_is_read_back_from_its_data_and_from_its_text(steps: list[Any]) -> None:
-    import yaml
-
     job = Job.parse({"steps": steps})
     assert Job.parse(job.as_data()) == job
     assert Job.parse(yaml.safe_load(write_yaml(job.as_data()))) == job
@@ -194,6 +277,14 @@ def test_known_channels_are_accepted_by_number_and_name() -> None:
 def test_names_of_channels_are_different_words(key: str, names: list[str]) -> None:
     with pytest.raises(InvalidConfig):
         parse({"controller": {key: names}})
+
+
+def test_the_jobs_of_the_how_to_page_are_accepted() -> None:
+    page = Path(__file__).parents[3] / "docs" / "how-to" / "run-a-job.md"
+    found = [part.partition("```")[0] for part in page.read_text(encoding="utf-8").split("```yaml\n")[1:]]
+    steps = [step for text in found for step in Job.parse(yaml.safe_load(text)).steps]
+    assert {step.command for step in steps if isinstance(step, Step)} >= {"home", *STATEMENTS}
+    assert any(isinstance(step, IfElse) for step in steps)
 
 
 def test_every_statement_has_help_and_a_label() -> None:

@@ -9,8 +9,9 @@ import pytest
 from maya_un.errors import InvalidRequest, UnknownName
 from maya_un.process.spec.job import Grid, Job
 from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
-from maya_un.process.spec.tasks import as_written, expanded, write_command, write_job
-from maya_un.robot.primitives import Home, Pick, Primitive
+from maya_un.process.spec.stored import as_written, expanded, write_command, write_job
+from maya_un.process.spec.tasks import Action
+from maya_un.robot.primitives import Home, Pick
 from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point
 
@@ -37,7 +38,7 @@ JOB = {
 }
 
 
-def primitives(body: dict[str, object]) -> list[Primitive]:
+def primitives(body: dict[str, object]) -> list[Action]:
     """Return what a body comes to after it has been in a file."""
     return [task.action for task in expanded(json.loads(json.dumps(body)), HEIGHT).tasks]
 

@@ -148,6 +148,12 @@ export interface ComsConfig {
   server_address: string;
 }
 
+export interface Condition {
+  input?: number | string | null;
+  is?: "on" | "off" | true | false | null;
+  answer?: string | null;
+}
+
 export interface Config {
   controller: ControllerConfig;
   geometry: Geometry;
@@ -324,7 +330,7 @@ export interface FleetView {
 
 export interface ForEach {
   for_each: string;
-  do: (Step)[];
+  do: (Step | ForEach | IfElse | "home")[];
 }
 
 export interface Forgotten {
@@ -397,12 +403,18 @@ export interface HomingConfig {
   stroke_tolerance: number;
 }
 
+export interface IfElse {
+  if: Condition;
+  then: (Step | ForEach | IfElse | "home")[];
+  else?: (Step | ForEach | IfElse | "home")[];
+}
+
 export interface Job {
   name?: string;
   parts?: Record<string, (number)[] | { x: number; y: number; z?: number; }>;
   places?: Record<string, (number)[] | { x: number; y: number; z?: number; }>;
   pallets?: Record<string, JobPallet>;
-  steps: (Step | ForEach | "home")[];
+  steps: (Step | ForEach | IfElse | "home")[];
   repeat?: number;
 }
 
@@ -962,7 +974,7 @@ export interface Step {
   set?: { output: number | string; to: "on" | "off" | true | false; };
   wait_for?: { input: number | string; is: "on" | "off" | true | false; within?: number | string | null; };
   ask?: string | { question: string; choices?: (string)[]; };
-  speed?: number;
+  speed?: number | string;
 }
 
 export interface StepPreview {
@@ -974,6 +986,7 @@ export interface StepPreview {
   lowest: number | null;
   highest: number | null;
   end_counts: [number, number, number] | null;
+  expected: boolean;
 }
 
 export interface StepResult {

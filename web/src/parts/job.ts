@@ -24,12 +24,16 @@ export const TRAVELS: readonly string[] = ["pick", "place", "approach", "line", 
 
 export const EMPTY: JobData = { steps: [] };
 
-/** A step by its parts: the command, its argument, the steps of a loop, and its share of the speed if it has one. */
+/**
+ * A step by its parts: the command, its argument, the steps within it (of a loop, or `then` of an `if`), its share of the
+ * speed if it has one, and the steps of `else`.
+ */
 export interface StepParts {
   command: string;
   argument: unknown;
   inner: readonly Step[] | null;
   speed?: unknown;
+  otherwise?: readonly Step[];
 }
 
 function isMapping(value: unknown): value is Record<string, unknown> {
@@ -43,11 +47,17 @@ export function readStep(step: Step): StepParts {
     const inner = step["do"];
     return { command: "for_each", argument: step["for_each"], inner: Array.isArray(inner) ? inner : [] };
   }
+  if ("if" in step) return { command: "if", argument: step["if"], inner: listOf(step["then"]), otherwise: listOf(step["else"]) };
   const [command = "", argument = null] = Object.entries(step).find(([key]) => key !== "speed") ?? [];
   return { command, argument: command === "home" ? true : argument, inner: null, speed: step["speed"] };
 }
 
-export function writeStep(command: string, argument: unknown, inner: readonly Step[] | null = null, speed: unknown = undefined): Step {
+function listOf(steps: unknown): readonly Step[] {
+  return Array.isArray(steps) ? steps : [];
+}
+
+export function writeStep(command: string, argument: unknown, inner: readonly Step[] | null = null, speed: unknown = undefined, otherwise: readonly Step[] = []): Step {
+  if (command === "if") return { if: argument, then: inner ?? [], ...(otherwise.length > 0 ? { else: otherwise } : {}) };
   if (inner !== null) return { for_each: argument, do: inner };
   if (command === "home") return "home";
   return speed === undefined || speed === null ? { [command]: argument } : { [command]: argument, speed };
@@ -118,8 +128,8 @@ export type Gap = { step: number; inner: number | null } | { name: string };
 export function firstGap(job: JobData): Gap | null {
   for (const [i, step] of job.steps.entries()) {
     const { command, argument, inner } = readStep(step);
-    if (isOpen(command, argument)) return { step: i, inner: null };
-    const within = inner?.findIndex((one) => isOpen(readStep(one).command, readStep(one).argument)) ?? -1;
+    if (isOpen(command, argument) || (command === "if" && isIncomplete(step))) return { step: i, inner: null };
+    const within = inner?.findIndex(isIncomplete) ?? -1;
     if (within >= 0) return { step: i, inner: within };
   }
   for (const group of [job.parts, job.places]) {
@@ -129,8 +139,14 @@ export function firstGap(job: JobData): Gap | null {
   return null;
 }
 
+/** Whether a step, or a step within it, is not filled in. An `if` needs a step in `then`. */
+function isIncomplete(step: Step): boolean {
+  const { command, argument, inner, otherwise = [] } = readStep(step);
+  return isOpen(command, argument) || (command === "if" && inner?.length === 0) || [...(inner ?? []), ...otherwise].some(isIncomplete);
+}
+
 function isOpen(command: string, argument: unknown): boolean {
-  if (STATEMENTS.includes(command) && isMapping(argument)) return [null, ""].some((empty) => Object.values(argument).includes(empty));
+  if ((command === "if" || STATEMENTS.includes(command)) && isMapping(argument)) return [null, ""].some((empty) => Object.values(argument).includes(empty));
   return command !== "home" && (argument === null || argument === undefined || argument === "" || hasHole(argument));
 }
 
@@ -181,8 +197,8 @@ export function renamed(job: JobData, group: NameGroup, old: string, name: strin
 }
 
 function retargeted(step: Step, old: string, name: string): Step {
-  const { command, argument, inner, speed } = readStep(step);
-  if (inner !== null) return writeStep(command, argument, inner.map((one) => retargeted(one, old, name)));
+  const { command, argument, inner, speed, otherwise } = readStep(step);
+  if (inner !== null) return writeStep(command, argument, inner.map((one) => retargeted(one, old, name)), speed, otherwise?.map((one) => retargeted(one, old, name)));
   return argument === old && !STATEMENTS.includes(command) ? writeStep(command, name, null, speed) : step;
 }
 
@@ -199,6 +215,7 @@ export function newStep(job: JobData, command: string, within: string | null = n
   if (command === "wait") return { wait: 1 };
   if (command === "set") return { set: { output: null, to: "on" } };
   if (command === "wait_for") return { wait_for: { input: null, is: "on" } };
+  if (command === "if") return { if: { input: null, is: "on" }, then: [] };
   if (command === "for_each") return { for_each: Object.keys(job.pallets ?? {})[0] ?? null, do: [{ pick: null }] };
   if (command === "pick" && within !== null) return { pick: `${within}[each]` };
   if (command === "pick") return { pick: firstUnused(job, "pick", Object.keys(job.parts ?? {})) };
@@ -244,8 +261,8 @@ export function newestByName<Line extends Pick<JobLine, "name">>(lines: readonly
 
 /** Returns a step as people write it: `home`, where the service keeps `{home: true}`. */
 function plain(step: Step): Step {
-  const { command, argument, inner, speed } = readStep(step);
-  return writeStep(command, argument, inner === null ? null : inner.map(plain), speed);
+  const { command, argument, inner, speed, otherwise } = readStep(step);
+  return writeStep(command, argument, inner === null ? null : inner.map(plain), speed, otherwise?.map(plain));
 }
 
 /**
@@ -262,6 +279,12 @@ export function withoutStep(job: JobData, key: string): JobData | null {
 /** Returns the step at which an ended job begins again by default (maya_un.process.process), null if all are done. */
 export function firstUndone(steps: readonly StepResult[]): number | null {
   const begun = Math.max(0, ...steps.filter((one) => one.state === "done").map((one) => one.index));
-  const left = steps.find((one) => one.state !== "done" && !(one.state === "skipped" && one.index < begun));
-  return left?.index ?? null;
+  const branches = new Map<string, string>(); // the steps of the branches that were not taken, by the place of their `if`
+  for (const one of steps) {
+    if (one.state === "done" && (one.phase === "then" || one.phase === "else")) branches.set(one.key, `${one.key}.${one.phase === "then" ? "else" : "then"}.`);
+    else if (branches.has(one.key)) branches.delete(one.key);
+    if (one.state === "done" || [...branches.values()].some((start) => one.key.startsWith(start))) continue;
+    if (!(one.state === "skipped" && one.index < begun)) return one.index;
+  }
+  return null;
 }

@@ -11,7 +11,7 @@ from maya_un.events import Event, EventLog, StepAdvanced
 from maya_un.process.computation import JobComputer
 from maya_un.process.queue.entries import QueueEntry
 from maya_un.process.queue.report import StepRecord
-from maya_un.process.spec.statements import Statement
+from maya_un.process.spec.statements import JobStatement
 from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
@@ -89,7 +89,7 @@ class StepAhead:
 
 def _described(job: int, task: Task) -> NextStep:
     action = task.action
-    if isinstance(action, Statement):
+    if isinstance(action, JobStatement):
         return NextStep(job, task.index, task.label, action.command, None)
     target = action.argument.plain(action.value)
     if isinstance(target, list):

@@ -32,7 +32,8 @@ from maya_un.process.journal.protocol import ClearedJobs, JobOptions, JobRow, Jo
 from maya_un.process.queue.changes import Changes, Dates, Transaction, TransactionLog, failed_dependency
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import JobRecord
-from maya_un.process.spec.tasks import Expansion, StoredJob
+from maya_un.process.spec.stored import StoredJob
+from maya_un.process.spec.tasks import Expansion, Task
 from maya_un.schema.jobs import OnFailure, TaskState
 from maya_un.values import Notice
 
@@ -159,8 +160,8 @@ class JobSubmitter:
         """Return the present date."""
         return self._dates(0.0)
 
-    async def submit(self, written: StoredJob, asked: SubmitRequest, skipped: int = 0) -> int:
-        """Store a job whose first steps are `skipped`; return its number, or that of an earlier job with the same key.
+    async def submit(self, written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow] = ()) -> int:
+        """Store a job with `skipped` steps; return its number, or that of an earlier job with the same key.
 
         Raises `KeyReused`, `InvalidValue` for options out of range and dependencies that do not exist, `StorageFailed`.
         """
@@ -189,7 +190,7 @@ class JobSubmitter:
             del self._coming[place]
             over.set()
 
-    async def _new(self, written: StoredJob, asked: SubmitRequest, digest: str, skipped: int) -> int:
+    async def _new(self, written: StoredJob, asked: SubmitRequest, digest: str, skipped: Sequence[StepRow]) -> int:
         options = asked.options
         standing = await self.standing(options.depends_on)
         row = JobRow(
@@ -209,7 +210,7 @@ class JobSubmitter:
             proposal=asked.proposal,
         )
         row = replace(row, position=self._items.order.end(row.id))
-        steps = [StepRow(index, TaskState.SKIPPED) for index in range(1, skipped + 1)]
+        steps = list(skipped)
         try:
             await self._write(row, steps)
         except StorageFailed:
@@ -481,8 +482,7 @@ class JobEditor:
             raise WrongState(number=item.number, state=item.row.state.value, action="changed")
         steps = [] if item.record is None else item.record.steps
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
-        new = [(task.action, task.speed) for task in written.expansion.tasks[:begun]]
-        if new != [(task.action, task.speed) for task in old.tasks[:begun]]:
+        if list(map(_effect, written.expansion.tasks[:begun])) != list(map(_effect, old.tasks[:begun])):
             raise InvalidJob(
                 key="steps", reason=phrase("steps up to {begun} have begun and must not change", begun=begun)
             )
@@ -525,6 +525,11 @@ class JobEditor:
             if item is not None and one not in seen:
                 seen.add(one)
                 ahead.extend(item.row.options.depends_on)
+
+
+def _effect(task: Task) -> tuple[object, ...]:
+    """Return the effect of a task, by which tasks are compared."""
+    return task.action, task.speed, task.then, task.otherwise, task.asked
 
 
 def _rewritten_record(item: QueueEntry, written: StoredJob) -> JobRecord | None:

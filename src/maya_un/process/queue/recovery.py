@@ -24,6 +24,7 @@ from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue_order import QueueOrder
+from maya_un.process.spec.statements import Condition
 from maya_un.process.spec.tasks import ACTIONS, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives.primitive import PartEffect
@@ -46,12 +47,14 @@ class RecoveryChoice(StrEnum):
 class RecoverySituation:
     """An interrupted job: the `command` of the interrupted step ("" between two), and those of the steps after it.
 
-    `holding` is False if the machine reports an open gripper, None if only a user can see.
+    `holding` is False if the machine reports an open gripper, None if only a user can see. The interrupted step is
+    `needed` if later steps depend on its outcome: a question or an `if`.
     """
 
     command: str
     rest: tuple[str, ...]
     holding: bool | None
+    needed: bool = False
 
 
 class RecoveryDecision(NamedTuple):
@@ -77,6 +80,8 @@ def choices(situation: RecoverySituation) -> tuple[Choice, ...]:
             RecoveryChoice.SKIP: f"leave the {step} out and go on with the next step",
             RecoveryChoice.ABORT: "end the job as cancelled",
         }
+        if situation.needed:
+            del meanings[RecoveryChoice.SKIP]
     return tuple(Choice(one.value, meaning, _needs_answer(situation, one)) for one, meaning in meanings.items())
 
 
@@ -139,7 +144,10 @@ def _needs_answer(situation: RecoverySituation, chosen: RecoveryChoice) -> bool:
 
 def _matters(commands: Iterable[str]) -> bool:
     """Whether these steps depend on what the gripper holds: the first step that concerns a part takes or puts one."""
-    parts = (ACTIONS[command].part for command in commands)
+    commands = list(commands)
+    parts = [ACTIONS[command].part for command in commands]
+    if Condition.command in commands:  # the first such step depends on a branch
+        return bool({PartEffect.TAKES, PartEffect.PUTS} & set(parts))
     return next((part for part in parts if part is not PartEffect.NONE), None) in {PartEffect.TAKES, PartEffect.PUTS}
 
 
@@ -251,8 +259,12 @@ class JobRecoverer:
         if item.record is None:
             return None, RecoverySituation("", (), holding)
         step = next((one for one in item.record.steps if one.state is TaskState.INTERRUPTED), None)
-        rest = tuple(one.task.action.command for one in item.record.remaining if one is not step)
-        return step, RecoverySituation("" if step is None else step.task.action.command, rest, holding)
+        others = [one.task for one in item.record.remaining if one is not step]
+        rest = tuple(task.action.command for task in others)
+        if step is None:
+            return None, RecoverySituation("", rest, holding)
+        needed = bool(step.task.branches) or any(task.asked == step.task.index for task in others)
+        return step, RecoverySituation(step.task.action.command, rest, holding, needed)
 
     def _holding(self) -> bool | None:
         """Return False if the controller answers and the gripper is open, else None: only an open one is certain."""

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from maya_un.process.journal.protocol import JobRow, StepRow
+from maya_un.process.spec.statements import Ask
 from maya_un.process.spec.tasks import Expansion, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.jobs import JobLine, JobReport, StepResult, TaskState, advance
@@ -54,14 +55,18 @@ class Edition:
 
 
 class StepRecord:
-    """The present data of one step; the `edition` of the job's steps counts every change of its `row`."""
+    """The present data of one step; the `edition` of the job's steps counts every change of its `row`.
 
-    __slots__ = ("_edition", "_row", "task")
+    A step that is not `expected` belongs to a branch to which the prediction does not lead.
+    """
+
+    __slots__ = ("_edition", "_row", "expected", "task")
 
     def __init__(self, task: Task, row: StepRow, edition: Edition) -> None:
         self.task = task
         self._row = row
         self._edition = edition
+        self.expected = True
 
     @property
     def row(self) -> StepRow:
@@ -125,9 +130,10 @@ class StepCounts:
     def of(cls, steps: Sequence[StepRecord]) -> StepCounts:
         """Count some steps."""
         remaining = tuple(step for step in steps if not step.state.ended)
-        predicted = [step.row.predicted for step in remaining if step.row.predicted is not None]
+        expected = [step.row.predicted for step in remaining if step.expected]
+        predicted = [duration for duration in expected if duration is not None]
         done = sum(step.state is TaskState.DONE for step in steps)
-        return cls(done, remaining, sum(predicted), len(remaining) - len(predicted))
+        return cls(done, remaining, sum(predicted), len(expected) - len(predicted))
 
 
 @dataclass(slots=True)
@@ -200,6 +206,24 @@ class JobRecord:
         for step in preview.steps:
             record = self.steps[step.index - 1]
             record.row = replace(record.row, predicted=step.duration)
+            record.expected = step.expected
+
+    @property
+    def answers(self) -> dict[int, str]:
+        """The answers to the questions so far, by step."""
+        return {
+            step.task.index: step.row.phase
+            for step in self.steps
+            if isinstance(step.task.action, Ask) and step.row.phase and step.state.ended
+        }
+
+    def turned(self) -> None:
+        """Expect the steps of the branches that were taken, after a branch was left out."""
+        for step in self.steps:
+            if step.state is TaskState.DONE and step.task.branches:
+                for index in step.task.branch(step.row.phase):
+                    self.steps[index - 1].expected = True
+        self._edition.number += 1
 
 
 def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point | None]:

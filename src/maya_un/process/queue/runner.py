@@ -24,7 +24,7 @@ from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transacti
 from maya_un.process.queue.entries import QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord, where
 from maya_un.process.queue.statements import StatementRunner
-from maya_un.process.spec.statements import Statement
+from maya_un.process.spec.statements import ELSE, THEN, JobStatement
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.jobs import TaskState
 from maya_un.values import Notice
@@ -157,8 +157,10 @@ class JobRunner:
             item.record = JobRecord(await shared.foresight.expanded(item.row.body))
         record = item.record
         self._done = record.done
-        preview, end = await shared.foresight.walk([step.task for step in record.remaining], shared.robot.pose)
-        record.previewed(preview, end)
+        tasks = [step.task for step in record.remaining]
+        outlook = await shared.foresight.walk(tasks, shared.robot.pose, record.answers)
+        preview = outlook.preview
+        record.previewed(preview, outlook.end)
         if preview.refusal is not None:
             raise _Refused(record.steps[preview.refusal.index - 1], preview.refusal.notice)
 
@@ -167,6 +169,8 @@ class JobRunner:
         item = self._item
         assert item.record is not None
         for step in item.record.remaining:
+            if step.state.ended:  # it belongs to the other branch
+                continue
             if item.end_by is not None:
                 raise item.end_by
             if self._must_pause():
@@ -241,6 +245,18 @@ class JobRunner:
         row = step.become(ending.state, ending.notice)
         row = replace(row, duration=(row.duration or 0.0) + duration, end=where(self._shared.controller.state))
         self._carried.append(self._shared.changes.step(self._item, step, row))
+        if error is None and step.task.branches:
+            self._leave_out(step.task.branch(ELSE if step.row.phase == THEN else THEN))
+
+    def _leave_out(self, indices: range) -> None:
+        """Mark the steps of a branch as skipped, to be written together with the choice."""
+        item = self._item
+        assert item.record is not None
+        for index in indices:
+            other = item.record.steps[index - 1]
+            other.row = skipped = other.become(TaskState.SKIPPED)
+            self._carried.append(self._shared.changes.step(item, other, skipped, quiet=True))
+        item.record.turned()
 
     async def _tried(self, step: StepRecord) -> None:
         """Do a step, with the retries of the job if a repetition is harmless; raises its error."""
@@ -260,14 +276,15 @@ class JobRunner:
                 return
 
     async def _act(self, step: StepRecord) -> None:
-        """Do the action of a step; the answer to a question is its phase."""
-        task = step.task
-        if not isinstance(task.action, Statement):
+        """Do the action of a step; the answer to a question, and the branch of an `if`, are its phase."""
+        task, record = step.task, self._item.record
+        assert record is not None
+        if not isinstance(task.action, JobStatement):
             await self._shared.robot.run(task.action, self._on_phase(step), task.speed)
             return
-        answer = await self._statements.run(self._item, task, task.action)
-        if answer:
-            step.row = replace(step.row, phase=answer)
+        phase = await self._statements.run(self._item, task, task.action, record.answers)
+        if phase:
+            step.row = replace(step.row, phase=phase)
 
     def _on_phase(self, step: StepRecord) -> OnPhase | None:
         """Return the callback that writes each phase of a step as it begins, None if phases are not written."""

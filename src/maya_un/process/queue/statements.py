@@ -6,19 +6,23 @@ A stop and a cancellation end a wait at once. In a pause its clock stands, and n
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 
 from dmc41x3.i18n import phrase
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InputTimeout, InvalidValue, NotConnected, Stopped
 from maya_un.events import InputAwaited, QuestionAsked
 from maya_un.process.queue.entries import OpenQuestion, QueueEntry
-from maya_un.process.spec.statements import CANCEL, Ask, SetOutput, Statement, Wait, WaitFor
+from maya_un.process.spec.statements import CANCEL, ELSE, THEN, Ask, Condition, JobStatement, SetOutput, Wait, WaitFor
 from maya_un.process.spec.tasks import Task
 from maya_un.values import Mode, State
 
 LOOK = 0.05
 """Period of reading an input [s]: that of the data records."""
+
+
+_ROUNDING = 1e-6
+"""A rest of a wait up to this [s] is over: differences of the clock are rounded, and would leave rests for ever."""
 
 
 class StatementRunner:
@@ -27,11 +31,11 @@ class StatementRunner:
     def __init__(self, controller: Controller) -> None:
         self._controller = controller
 
-    async def run(self, item: QueueEntry, task: Task, statement: Statement) -> str:
-        """Do a statement of a job, and return the answer to a question, "" for other statements.
+    async def run(self, item: QueueEntry, task: Task, statement: JobStatement, answers: Mapping[int, str]) -> str:
+        """Do a statement of a job; return the answer to a question, the branch of an `if`, "" for other statements.
 
-        Raises `InputTimeout`, `Cancelled` for the answer that ends the job, `Stopped`, `Faulted`, `NotConnected`, and
-        the errors of `Controller.output` and `Controller.input`.
+        `answers` are those to earlier questions, by task. Raises `InputTimeout`, `Cancelled` for the answer that ends
+        the job, `Stopped`, `Faulted`, `NotConnected`, and the errors of `Controller.output` and `Controller.input`.
         """
         item.waiting = True
         try:
@@ -46,6 +50,8 @@ class StatementRunner:
                     await self._input(item, task, statement)
                 case Ask():
                     return await self._answer(item, task, statement)
+                case Condition():
+                    return THEN if await self._holds(task, statement, answers) else ELSE
                 case _:
                     raise NotImplementedError(statement.command)
         finally:
@@ -64,6 +70,12 @@ class StatementRunner:
             self._controller.events.emit(InputAwaited(item.number, task.index, number, statement.level))
         if not await self._until(there, statement.within):
             raise InputTimeout(input=number, level=statement.level, seconds=statement.within or 0.0)
+
+    async def _holds(self, task: Task, condition: Condition, answers: Mapping[int, str]) -> bool:
+        if condition.input is None:
+            return answers.get(task.asked) == condition.answer
+        number = condition.number(self._controller.config.controller, task.place)
+        return await self._controller.input(number) is (condition.level == "on")
 
     async def _answer(self, item: QueueEntry, task: Task, statement: Ask) -> str:
         loop = asyncio.get_running_loop()
@@ -102,7 +114,7 @@ class StatementRunner:
                 paused = state.mode is Mode.PAUSED
                 if not paused and holds is not None and await holds():
                     return True
-                if not paused and left is not None and left <= 0.0:
+                if not paused and left is not None and left <= _ROUNDING:
                     return False
                 began = loop.time()
                 bound = None if paused else left

@@ -15,15 +15,17 @@ from typing import NamedTuple
 from maya_un.config import Config, Units
 from maya_un.errors import MayaError, NotFound
 from maya_un.events import Event, EventLog, HomingBegun, HomingDone, SpeedChanged
-from maya_un.process.computation import REPORT, JobComputer, JobOutlook
+from maya_un.process.computation import REPORT, JobComputer
 from maya_un.process.journal.protocol import Filter, JobRow, Journal, StepRow
+from maya_un.process.outlook import JobOutlook
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.recovery import JobRecoverer
 from maya_un.process.queue.report import JobSnapshot, Slices, line_of, report_of
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler
 from maya_un.process.spec.statements import Ask
-from maya_un.process.spec.tasks import Body, Task, as_written, version_of
+from maya_un.process.spec.stored import Body, as_written, version_of
+from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobLine, JobReport, OperatorQuestion, QueueMode, QueueView, TaskState
@@ -213,7 +215,8 @@ class Forecast:
         if known is not None and known.body is item.row.body and (known.left, known.start) == (left, start):
             return known.course
         try:
-            course = await self._foresight.walk(await self._tasks(item), start, whose=_WHOSE)
+            answers = {} if item.record is None else item.record.answers
+            course = await self._foresight.walk(await self._tasks(item), start, answers, whose=_WHOSE)
         except MayaError:
             return None
         if not self._stale:

@@ -208,7 +208,9 @@ def _counted(key: str) -> str:
     if first != "steps" or not rest or not rest[0].isdecimal():
         return key
     step = phrase("step {number}", number=int(rest[0]) + 1)
-    inner = ".".join(str(int(part) + 1) if before == "do" else part for before, part in pairwise(rest))
+    inner = ".".join(
+        str(int(part) + 1) if before in {"do", "then", "else"} else part for before, part in pairwise(rest)
+    )
     return phrase("{step}, {key}", step=step, key=inner) if inner else step
 
 

@@ -16,6 +16,9 @@
           - approach: box[each]
             speed: 50 %         share of the speed, for this step
       - wait: 2 s               wait · set · wait_for · ask: see `process.spec.statements`
+      - if: {input: 3, is: on}  or {answer: yes}: the answer to the last question before it
+        then: [home]
+        else: []
     repeat: 1
 
 The order of the keys does not matter. Parts, places, pallets, repeat and name may be omitted; a job from a file is then
@@ -24,11 +27,11 @@ named after the file.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from math import isnan, nan
 from pathlib import Path
 from reprlib import repr
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -38,17 +41,19 @@ from pydantic import (
     Discriminator,
     Field,
     PlainValidator,
+    SerializerFunctionWrapHandler,
     StrictBool,
     Tag,
     ValidationError,
     create_model,
+    model_serializer,
     model_validator,
 )
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue
 from maya_un.process.spec.pallet import MOST_CELLS, check_counts
-from maya_un.process.spec.statements import STATEMENTS, Share, Statement
+from maya_un.process.spec.statements import ELSE, ONE_KIND, STATEMENTS, THEN, Condition, JobStatement, Share
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Switch, Target, read_joints, read_point
 from maya_un.validation import reason_of
@@ -158,7 +163,7 @@ def step_text(command: str, argument: Any) -> str:
     """Return a step as text, like `pick 0.5 1.1`; `argument` is the value of its key."""
     if argument is True:
         return command
-    if isinstance(argument, Statement):
+    if isinstance(argument, JobStatement):
         return argument.words
     shown = argument if isinstance(argument, str) else " ".join([f"{number:g}" for number in argument])
     return f"{command} {shown}"
@@ -244,6 +249,22 @@ else:
     )
 
 
+def _kind(data: object) -> str:
+    if isinstance(data, ForEach) or (isinstance(data, Mapping) and "for_each" in data):
+        return "loop"
+    return "branch" if isinstance(data, IfElse) or (isinstance(data, Mapping) and "if" in data) else "step"
+
+
+AnyStep = Annotated[
+    Annotated[Step, Tag("step")] | Annotated["ForEach", Tag("loop")] | Annotated["IfElse", Tag("branch")],
+    Discriminator(_kind),
+]
+"""A step, a loop or a branch; pydantic names the kind in the location of an error."""
+
+Steps = Annotated[tuple[AnyStep, ...], Field(max_length=1000)]
+"""Steps in order."""
+
+
 class ForEach(BaseModel):
     """The steps of `do` for every cell of a pallet, row by row; in them `tray[each]` is that cell.
 
@@ -252,15 +273,49 @@ class ForEach(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     for_each: Name
-    do: Annotated[tuple[Step, ...], Field(min_length=1, max_length=1000)]
+    do: Annotated[Steps, Field(min_length=1)]
 
 
-def _kind(data: object) -> str:
-    return "loop" if isinstance(data, ForEach) or (isinstance(data, Mapping) and "for_each" in data) else "step"
+class IfElse(BaseModel):
+    """The steps of `then` if the condition holds, else those of `else`."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    condition: Condition = Field(alias="if")
+    then: Annotated[Steps, Field(min_length=1)]
+    otherwise: Steps = Field(default=(), alias="else")
+
+    @model_serializer(mode="wrap")
+    def _to_plain(self, serialize: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        whole = serialize(self)
+        plain = {"if": whole["condition"], "then": whole["then"]}
+        return {**plain, "else": whole["otherwise"]} if whole.get("otherwise") else plain
 
 
-AnyStep = Annotated[Annotated[Step, Tag("step")] | Annotated[ForEach, Tag("loop")], Discriminator(_kind)]
-"""A step or a loop; pydantic names the kind in the location of an error."""
+ForEach.model_rebuild()
+IfElse.model_rebuild()
+
+LISTS = {"steps": "", "do": "loop", THEN: "branch", ELSE: "branch"}
+"""The keys of lists of steps, and the kind of step to which they belong."""
+
+DEEPEST = 8
+"""Most lists of steps in each other."""
+
+
+def _require_structure(data: object) -> None:
+    """Raise `InvalidJob` for lists of steps that are nested too deeply, and for a loop within a loop."""
+    ahead: list[tuple[Any, str, int, bool]] = [(data, "", 0, False)]
+    while ahead:
+        one, key, depth, looped = ahead.pop()
+        if depth > DEEPEST:
+            raise InvalidJob(key=key, reason=phrase("its steps are nested more than {most} deep", most=DEEPEST))
+        if looped and isinstance(one, Mapping) and "for_each" in one:
+            raise InvalidJob(key=key, reason="a loop cannot contain another loop")
+        for name in LISTS if isinstance(one, Mapping) else ():
+            steps = one.get(name)
+            if isinstance(steps, list | tuple):
+                place = f"{key}.{name}" if key else name
+                within = looped or name == "do"
+                ahead += [(step, f"{place}.{number}", depth + 1, within) for number, step in enumerate(steps)]
 
 
 MOST_TASKS = 3_000
@@ -285,7 +340,7 @@ class Job(BaseModel):
     parts: Annotated[dict[Name, Place], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
     places: Annotated[dict[Name, Place], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
     pallets: Annotated[dict[Name, JobPallet], Field(max_length=MOST_NAMES)] = Field(default_factory=dict)
-    steps: Annotated[tuple[AnyStep, ...], Field(min_length=1, max_length=1000)]
+    steps: Annotated[Steps, Field(min_length=1)]
     repeat: Annotated[Whole, Field(ge=1, le=10_000)] = 1
 
     @classmethod
@@ -295,6 +350,7 @@ class Job(BaseModel):
             raise InvalidJob(
                 key="job", reason=phrase("it must be a mapping with {names}", names=", ".join(cls.model_fields))
             )
+        _require_structure(data)
         try:
             return cls.model_validate(dict(data))
         except ValidationError as error:
@@ -325,9 +381,23 @@ class Job(BaseModel):
                 seen[name] = kind
         if sum(grid.rows * grid.columns for grid in self.pallets.values() if grid.full) > MOST_CELLS:
             raise ValueError(phrase("more than {most} parts stand on its full pallets", most=MOST_CELLS))
-        if sum(len(step.do) if isinstance(step, ForEach) else 1 for step in self.steps) * self.repeat > MOST_TASKS:
+        if _count(self.steps) * self.repeat > MOST_TASKS:
             raise ValueError(TOO_MANY)
         return self
+
+
+def _count(steps: Iterable[Step | ForEach | IfElse]) -> int:
+    """Return the least number of tasks of some steps."""
+    count = 0
+    for step in steps:
+        match step:
+            case ForEach():
+                count += _count(step.do)
+            case IfElse():
+                count += 1 + _count(step.then) + _count(step.otherwise)
+            case _:
+                count += 1
+    return count
 
 
 TOO_MANY = phrase("steps times repeat is more than {most}", most=MOST_TASKS)
@@ -346,10 +416,7 @@ _REASONS = {
 
 def _refusal(error: ValidationError) -> InvalidJob:
     first = error.errors(include_url=False)[0]
-    location = [str(part) for part in first["loc"] if part != "[key]"]
-    looped = location[0:1] == ["steps"] and location[2:3] == ["loop"]
-    if location[0:1] == ["steps"]:
-        del location[2:3]  # pydantic's tag of a step or a loop
+    location, step = _untagged([part for part in first["loc"] if part != "[key]"])
     statement = STATEMENTS.get(location[-2]) if len(location) > 1 else None
     if statement is not None and statement.short == location[-1]:
         del location[-1]  # the value may stand for the statement
@@ -357,10 +424,12 @@ def _refusal(error: ValidationError) -> InvalidJob:
     if kind == "too_long" and len(location) == 1 and location != ["steps"]:
         reason = phrase("it has more than {most} entries", most=MOST_NAMES)
     elif kind == "extra_forbidden":
-        names = ", ".join(_known(location, looped=looped))
+        names = ", ".join(_known(location, step))
         reason = phrase("there is no such key; known are {names}", names=names)
     elif kind == "literal_error":
         reason = phrase("{reason}, not {value}", reason=reason_of(first), value=repr(first["input"]))
+    elif kind == "model_type" and location[-1] == "if":
+        reason = ONE_KIND
     elif kind in {"greater_than_equal", "less_than_equal"}:
         reason = phrase("it must lie between 1 and 10000")
     else:
@@ -368,14 +437,36 @@ def _refusal(error: ValidationError) -> InvalidJob:
     return InvalidJob(key=".".join(location) or "job", reason=reason)
 
 
-def _known(location: list[str], *, looped: bool) -> tuple[str, ...]:
+class _FailedStep(NamedTuple):
+    """The step around an error: its kind, and the number of parts of the location behind it."""
+
+    kind: str = ""
+    behind: int = 0
+
+
+def _untagged(parts: list[int | str]) -> tuple[list[str], _FailedStep]:
+    """Return a location without pydantic's tags of steps, and the innermost step in it."""
+    location: list[str] = []
+    found, tag = _FailedStep(), False
+    for place, part in enumerate(parts):
+        if tag:
+            found, tag = _FailedStep(str(part), len(parts) - place - 1), False
+            continue
+        tag = isinstance(part, int) and bool(location) and location[-1] in LISTS
+        location.append(str(part))
+    return location, found
+
+
+def _known(location: list[str], step: _FailedStep) -> tuple[str, ...]:
     if location[0] == "pallets":
         return tuple(JobPallet.model_fields)
     if location[0] != "steps":
         return tuple(Job.model_fields)
-    if location[-2] in STATEMENTS:
-        return STATEMENTS[location[-2]].keys()
-    return tuple(ForEach.model_fields) if looped and len(location) == 3 else COMMANDS
+    if step.behind == 2:
+        return {**STATEMENTS, "if": Condition}[location[-2]].keys()
+    if step.kind == "step":
+        return (*COMMANDS, SPEED)
+    return ("if", THEN, ELSE) if step.kind == "branch" else tuple(ForEach.model_fields)
 
 
 def load_job(path: Path) -> Job:

@@ -127,7 +127,7 @@ Answer = Annotated[str, BeforeValidator(_choice), Field(min_length=1, max_length
 """An answer to a question."""
 
 
-class Statement(BaseModel):
+class JobStatement(BaseModel):
     """A step that is no motion. `command` is its key in a job, `summary` its help.
 
     `short` is the field that may stand for the whole statement, "" if none may. Time under a pause does not count.
@@ -183,7 +183,7 @@ class Statement(BaseModel):
         return {field.alias or name: whole[name] for name, field in fields if name in given}
 
 
-class Wait(Statement):
+class Wait(JobStatement):
     """Do nothing for a time."""
 
     command = "wait"
@@ -202,7 +202,7 @@ class Wait(Statement):
         return f"wait {self.seconds:g} s"
 
 
-class SetOutput(Statement):
+class SetOutput(JobStatement):
     """Switch a digital output that `controller.outputs` of the configuration lists."""
 
     command = "set"
@@ -228,7 +228,7 @@ class SetOutput(Statement):
         return _number(self.output, config.output_names, f"{key}.output", "controller.output_names")
 
 
-class WaitFor(Statement):
+class WaitFor(JobStatement):
     """Wait until a digital input is on or off."""
 
     command = "wait_for"
@@ -256,7 +256,7 @@ class WaitFor(Statement):
         return _number(self.input, config.input_names, f"{key}.input", "controller.input_names")
 
 
-class Ask(Statement):
+class Ask(JobStatement):
     """Ask the operator, and wait for an answer; the answer `cancel` ends the job."""
 
     command = "ask"
@@ -282,7 +282,54 @@ class Ask(Statement):
         return self
 
 
-STATEMENTS: dict[str, type[Statement]] = {one.command: one for one in (Wait, SetOutput, WaitFor, Ask)}
+THEN, ELSE = "then", "else"
+"""The branches of an `if`."""
+
+
+ONE_KIND = phrase("it must be an object like {{input: 3, is: on}} or {{answer: yes}}")
+"""Why a condition is refused."""
+
+
+class Condition(JobStatement):
+    """The condition of an `if`: the level of a digital input, or the answer to the last question before it."""
+
+    command = "if"
+    summary = "Do the steps of `then` if an input `is` on or off, or if the `answer` was given; else those of `else`."
+    input: Channel | None = None
+    level: Level | None = Field(default=None, alias="is")
+    answer: Answer | None = None
+
+    @property
+    def remark(self) -> str:
+        """The branch of the prediction."""
+        if self.input is None:
+            return phrase("the prediction takes the branch of the first answer")
+        return phrase("the prediction takes the branch of the present input")
+
+    @property
+    def words(self) -> str:
+        """The condition."""
+        return f"if answer {self.answer}" if self.input is None else f"if input {self.input} {self.level}"
+
+    def checked(self, config: ControllerConfig, key: str) -> None:
+        """Raise `InvalidJob` for an unknown name."""
+        if self.input is not None:
+            self.number(config, key)
+
+    def number(self, config: ControllerConfig, key: str) -> int:
+        """Return the number of the input; raises `InvalidJob`."""
+        assert self.input is not None
+        return _number(self.input, config.input_names, f"{key}.input", "controller.input_names")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Condition:
+        given = (self.input is not None, self.level is not None, self.answer is not None)
+        if given not in {(True, True, False), (False, False, True)}:
+            raise ValueError(ONE_KIND)
+        return self
+
+
+STATEMENTS: dict[str, type[JobStatement]] = {one.command: one for one in (Wait, SetOutput, WaitFor, Ask)}
 """The statements by their keys."""
 
 

@@ -1,4 +1,4 @@
-"""The tasks of a job with all places resolved, and the form in which an accepted job is stored.
+"""The tasks of a job with all places resolved.
 
 Expand a job to its tasks: one for each step, cell and round, with names resolved to points.
 
@@ -6,45 +6,40 @@ Names are looked up in this order: parts, places, cells of pallets, taught poses
 
 A part is at its starting place until it is placed, then where it was placed. So a job may be repeated, and a part may
 be picked by name wherever the job itself put it.
-
-The journal stores jobs and commands as written, with the taught places that they name.
-
-A taught place that a job names is stored with the job, as it was on submission. Later teaching and restarts do not
-change the job that was checked on acceptance.
-
-    {"name": …, "steps": […]}                       a job that names no taught place
-    {"wish": {"command": …}}                        one primitive
-    {"job": {…}, "taught": {"poses": {…}, "pallets": {…}}}      with taught places; also a primitive
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from math import dist
-from typing import Any, NamedTuple, NoReturn, TypeVar
+from typing import NamedTuple, NoReturn
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidJob, InvalidValue, UnknownName
-from maya_un.process.spec.job import MOST_TASKS, TOO_MANY, Coordinates, ForEach, Grid, Job, Step, point_of, step_text
+from maya_un.process.spec.job import (
+    MOST_TASKS,
+    TOO_MANY,
+    Coordinates,
+    ForEach,
+    IfElse,
+    Job,
+    Step,
+    point_of,
+    step_text,
+)
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
-from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
-from maya_un.process.spec.statements import STATEMENTS, Statement
-from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict, to_dict
+from maya_un.process.spec.poses import TaughtPlaces
+from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, Ask, Condition, JobStatement
+from maya_un.robot.primitives import PRIMITIVES, Primitive
 from maya_un.robot.primitives.primitive import JointTarget, PartEffect, Switch, Target
-from maya_un.schema.jobs import TaughtPose
 from maya_un.values import Joints, Point
 
 SAME_PLACE = 1e-6
 """Places nearer to each other than this [m] are equal: the gripper moves less by one count of any axis."""
-
-COMMAND_KEY = "wish"
-"""Key of a single primitive in the journal. Its name is old: journals of version 1 have it, so it cannot change."""
 
 _GRAIN = 1e-4
 _FAR = 1e6
@@ -52,10 +47,10 @@ _FAR = 1e6
 
 _Square = tuple[int, ...]
 
-Action = Primitive | Statement
+Action = Primitive | JobStatement
 """The action of a step: a primitive of the robot, or a statement."""
 
-ACTIONS: Mapping[str, type[Action]] = {**PRIMITIVES, **STATEMENTS}
+ACTIONS: Mapping[str, type[Action]] = {**PRIMITIVES, **STATEMENTS, Condition.command: Condition}
 """The actions by their names."""
 
 
@@ -106,7 +101,7 @@ class HandledParts:
 
     def handle(self, action: Action) -> None:
         """Apply the effect of a done action."""
-        if isinstance(action, Statement):
+        if isinstance(action, JobStatement):
             return
         match action.part:
             case PartEffect.TAKES:
@@ -179,6 +174,16 @@ class NameResolver:
         return parts
 
     @property
+    def used(self) -> dict[tuple[str, str], set[Cell]]:
+        """A copy of the used cells, by pallet and command."""
+        return {key: set(cells) for key, cells in self._used.items()}
+
+    @used.setter
+    def used(self, used: Mapping[tuple[str, str], set[Cell]]) -> None:
+        self._used = defaultdict(set, {key: set(cells) for key, cells in used.items()})
+        self._ahead.clear()
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks about the shapes of the used pallets."""
         pallets = self._pallets.items()
@@ -234,7 +239,11 @@ class NameResolver:
     def _part(self, name: str, place: Point | None, key: str) -> Point:
         if place is None:
             raise InvalidJob(
-                key=key, reason=phrase("the place of {name!r} is unknown after the gripper was opened on it", name=name)
+                key=key,
+                reason=phrase(
+                    "the place of {name!r} is unknown: the gripper was opened on it, or the branches of an `if` differ",
+                    name=name,
+                ),
             )
         return place
 
@@ -328,6 +337,9 @@ class Task:
 
     `part` is the named part that it takes or releases, `put` the place of that release [m], None if unknown. `speed` is
     the share of the limits at which it travels, above 0 up to 1.
+
+    An `if` is followed by the tasks of its branches, `then` of the one and `otherwise` of the other. `asked` is the
+    index of the question whose answer it reads, 0 for an input, and `first` whether it reads the first answer.
     """
 
     index: int
@@ -337,6 +349,20 @@ class Task:
     part: str | None = None
     put: Point | None = None
     speed: float = 1.0
+    then: int = 0
+    otherwise: int = 0
+    asked: int = 0
+    first: bool = True
+
+    def branch(self, name: str) -> range:
+        """Return the indices of the tasks of a branch of an `if`, `then` or `else`."""
+        begin = self.index + 1
+        return range(begin, begin + self.then) if name == THEN else range(begin + self.then, begin + self.branches)
+
+    @property
+    def branches(self) -> int:
+        """The number of tasks of both branches of an `if`, 0 for another task."""
+        return self.then + self.otherwise
 
     @property
     def place(self) -> str:
@@ -365,19 +391,19 @@ def expand(job: Job, grasp_height: float, recall: Recall = TaughtPlaces) -> Expa
     cells that do not exist, and for more than `MOST_TASKS` tasks.
     """
     table = _PartTracker(job, grasp_height, recall)
-    tasks: list[Task] = []
-    for planned in table.rounds():
-        if len(tasks) == MOST_TASKS:
-            raise InvalidJob(key="job", reason=TOO_MANY)
-        tasks.append(table.task(planned, len(tasks) + 1))
-    return Expansion(tuple(tasks), table.parts, (*table.remarks, *_waits(tasks)), table.start)
+    for _ in range(job.repeat):
+        table.expand(job.steps, "steps")
+    return Expansion(tuple(table.tasks), table.parts, (*table.remarks, *_waits(table.tasks)), table.start)
 
 
 def _waits(tasks: Sequence[Task]) -> Iterator[str]:
     """Yield a remark for every statement that waits for a person or for an input, once for all rounds."""
-    found = {task.key: task for task in tasks if isinstance(task.action, Statement) and task.action.remark}
+    found: dict[str, Task] = {}
+    for task in tasks:
+        if isinstance(task.action, JobStatement) and task.action.remark:
+            found.setdefault(task.key, task)
     for task in found.values():
-        assert isinstance(task.action, Statement)
+        assert isinstance(task.action, JobStatement)
         yield phrase("step {number}: {remark}", number=task.index, remark=task.action.remark)
 
 
@@ -400,6 +426,27 @@ class _Planned(NamedTuple):
     loop: PalletLoop | None = None
 
 
+class _Situation(NamedTuple):
+    """The parts [m], the held part, the used cells and the last question at a place of a job."""
+
+    parts: dict[str, Point | None]
+    held: str | None
+    used: dict[tuple[str, str], set[Cell]]
+    asked: Task | None
+
+    def merged(self, other: _Situation, asked: Task | None) -> _Situation:
+        """Return what is certain after two branches: the place of a part is unknown where they differ."""
+        parts = {name: place if _same(place, other.parts[name]) else None for name, place in self.parts.items()}
+        if self.held != other.held:
+            parts |= dict.fromkeys([name for name in (self.held, other.held) if name is not None])
+        used = {key: self.used.get(key, set()) | other.used.get(key, set()) for key in self.used | other.used}
+        return _Situation(parts, self.held if self.held == other.held else None, used, asked)
+
+
+def _same(one: Point | None, other: Point | None) -> bool:
+    return one is not None and other is not None and dist(one, other) < SAME_PLACE
+
+
 class _PartTracker:
     """Positions of the parts during the expansion of the steps."""
 
@@ -409,6 +456,8 @@ class _PartTracker:
         self.start = self._names.parts()
         self._handled = HandledParts(dict(self.start))
         self._grasp_height = grasp_height
+        self._asked: Task | None = None
+        self.tasks: list[Task] = []
 
     @property
     def parts(self) -> dict[str, Point | None]:
@@ -420,20 +469,60 @@ class _PartTracker:
         """Deviations of the used pallets, in words."""
         return self._names.remarks
 
-    def rounds(self) -> Iterator[_Planned]:
-        """Yield every step of every round, the steps of a loop once for each of its cells."""
-        for _ in range(self._job.repeat):
-            for number, step in enumerate(self._job.steps):
-                key = f"steps.{number}"
-                if isinstance(step, Step):
-                    yield _Planned(step, key)
-                else:
-                    yield from self._looped(step, key)
+    def expand(self, steps: Sequence[Step | ForEach | IfElse], key: str, loop: PalletLoop | None = None) -> None:
+        """Append the tasks of steps at `key`: of a loop for each of its cells, of an `if` those of both branches."""
+        for number, step in enumerate(steps):
+            place = f"{key}.{number}"
+            match step:
+                case ForEach():
+                    for cell in self._names.cells(step.for_each, f"{place}.for_each"):
+                        self.expand(step.do, f"{place}.do", cell)
+                case IfElse():
+                    self._branch(step, place, loop)
+                case _:
+                    self._append(self.task(_Planned(step, place, loop), len(self.tasks) + 1))
 
-    def _looped(self, loop: ForEach, key: str) -> Iterator[_Planned]:
-        for cell in self._names.cells(loop.for_each, f"{key}.for_each"):
-            for number, step in enumerate(loop.do):
-                yield _Planned(step, f"{key}.do.{number}", cell)
+    def _append(self, task: Task) -> None:
+        if len(self.tasks) == MOST_TASKS:
+            raise InvalidJob(key="job", reason=TOO_MANY)
+        self.tasks.append(task)
+        if isinstance(task.action, Ask):
+            self._asked = task
+
+    def _branch(self, step: IfElse, key: str, loop: PalletLoop | None) -> None:
+        """Append an `if` and both branches, each with the parts as they are before it."""
+        place = len(self.tasks)
+        self._append(self._condition(step.condition, key, place + 1))
+        before = self._situation()
+        self.expand(step.then, f"{key}.{THEN}", loop)
+        then, middle = self._situation(), len(self.tasks)
+        self._take_up(before)
+        self.expand(step.otherwise, f"{key}.{ELSE}", loop)
+        self._take_up(then.merged(self._situation(), before.asked))
+        counts = (middle - place - 1, len(self.tasks) - middle)
+        self.tasks[place] = replace(self.tasks[place], then=counts[0], otherwise=counts[1])
+
+    def _condition(self, condition: Condition, key: str, index: int) -> Task:
+        """Return the task of an `if`; raises `InvalidJob` for an answer that no question before it offers."""
+        task = Task(index, key, condition.words, condition)
+        if condition.answer is None:
+            return task
+        asked = self._asked
+        if asked is None or not isinstance(asked.action, Ask):
+            raise InvalidJob(key=task.place, reason="no step before it asks a question")
+        if condition.answer not in asked.action.choices:
+            choices = ", ".join(asked.action.choices)
+            raise InvalidJob(key=task.place, reason=phrase("the answers before it are {choices}", choices=choices))
+        return replace(task, asked=asked.index, first=condition.answer == asked.action.choices[0])
+
+    def _situation(self) -> _Situation:
+        return _Situation(dict(self.parts), self._handled.held, self._names.used, self._asked)
+
+    def _take_up(self, situation: _Situation) -> None:
+        self._handled = HandledParts(dict(situation.parts))
+        self._handled.held = situation.held
+        self._names.used = situation.used
+        self._asked = situation.asked
 
     def task(self, planned: _Planned, index: int) -> Task:
         """Return the task of a step and apply its effect on the parts."""
@@ -451,7 +540,7 @@ class _PartTracker:
     def _action(self, planned: _Planned) -> tuple[Action, str]:
         """Return the action of a step and its label."""
         value = planned.step.argument
-        return (value, value.words) if isinstance(value, Statement) else self._primitive(planned)
+        return (value, value.words) if isinstance(value, JobStatement) else self._primitive(planned)
 
     def _primitive(self, planned: _Planned) -> tuple[Primitive, str]:
         """Return the primitive of a step and its label, with the cells of pallets by their numbers."""
@@ -473,143 +562,3 @@ class _PartTracker:
         task = primitive(**{primitive.argument.key: value}) if primitive.argument.key else primitive()
         self._handled.handle(task)
         return task, label
-
-
-def job_of_command(request: Mapping[str, object]) -> Job | None:
-    """Return the job of a command like {"command": "pick", "target": "shelf"}, None if the command contains no name.
-
-    Raises `InvalidValue` for `next` and `each`, which are cells of a job only.
-    """
-    command = request.get("command")
-    primitive = PRIMITIVES.get(command) if isinstance(command, str) else None
-    if primitive is None or not primitive.argument.nameable:
-        return None
-    key = primitive.argument.key
-    name = request.get(key)
-    if not isinstance(name, str) or len(request) != 2:
-        return None
-    reference = read_reference(name)
-    if reference is not None and isinstance(reference.which, str):
-        raise InvalidValue(key=key, value=name, reason="next and each are for jobs; name a cell by row and column")
-    return Job.parse({"name": command, "steps": [{command: name}]})
-
-
-T = TypeVar("T")
-
-Body = dict[str, Any]
-"""Plain data that JSON can hold."""
-
-
-@dataclass(frozen=True, slots=True)
-class StoredJob:
-    """A job ready to be queued: its name, its stored form, and its expansion."""
-
-    name: str
-    body: Body
-    expansion: Expansion
-
-
-def write_job(job: Job, grasp_height: float, recall: Recall) -> StoredJob:
-    """Return the stored form of a job; raises as `tasks.expand` and `recall` do."""
-    body: Body = job.as_data()
-    noted = _Noted(recall)
-    expansion = expand(job, grasp_height, noted.recall)
-    return StoredJob(job.name, body if noted.empty else {"job": body, "taught": noted.body()}, expansion)
-
-
-def write_command(request: Primitive | Mapping[str, object], grasp_height: float, recall: Recall) -> StoredJob:
-    """Return the stored form of one primitive; raises `InvalidRequest`, `UnknownName`, `InvalidValue`."""
-    job = job_of_command(request) if isinstance(request, Mapping) else None
-    if job is not None:
-        noted = _Noted(recall)
-        expansion = expand(job, grasp_height, noted.recall)
-        body: Body = {COMMAND_KEY: dict(request) if isinstance(request, Mapping) else {}}
-        return StoredJob(job.name, body if noted.empty else body | {"taught": noted.body()}, expansion)
-    primitive = from_dict(request, grasp_height) if isinstance(request, Mapping) else request
-    return StoredJob(primitive.command, {COMMAND_KEY: to_dict(primitive)}, single(primitive))
-
-
-def expanded(body: Body, grasp_height: float) -> Expansion:
-    """Return the expansion of a stored job; raises as `tasks.expand` does."""
-    taught = _taught(body["taught"]) if "taught" in body else TaughtPlaces()
-    if COMMAND_KEY not in body:
-        return expand(Job.parse(as_written(body)), grasp_height, lambda: taught)
-    job = job_of_command(body[COMMAND_KEY])
-    if job is not None:
-        return expand(job, grasp_height, lambda: taught)
-    return single(from_dict(body[COMMAND_KEY], grasp_height))
-
-
-def as_written(body: Body) -> Body:
-    """Return a job as it was submitted, without the data that is stored with it; a command as {"wish": …}."""
-    if COMMAND_KEY in body:
-        return {COMMAND_KEY: body[COMMAND_KEY]}
-    return body["job"] if "taught" in body else body
-
-
-def version_of(body: Body) -> str:
-    """Return a hash of a stored job with its taught places: an approval names the version that the user saw."""
-    text = json.dumps(body, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
-
-
-class _Noted:
-    """Returns the taught places, and records which of them are used."""
-
-    def __init__(self, recall: Recall) -> None:
-        self._recall = recall
-        self._poses = _Noting[TaughtPose]({})
-        self._pallets = _Noting[TaughtPallet]({})
-
-    def recall(self) -> TaughtPlaces:
-        taught = self._recall()
-        self._poses, self._pallets = _Noting(taught.poses), _Noting(taught.pallets)
-        return TaughtPlaces(self._poses, self._pallets)
-
-    @property
-    def empty(self) -> bool:
-        return not self._poses.used and not self._pallets.used
-
-    def body(self) -> Body:
-        poses = {
-            name: {
-                "joints": list(pose.joints),
-                "point": None if pose.point is None else list(pose.point),
-                "taught": pose.taught,
-            }
-            for name, pose in self._poses.used.items()
-        }
-        pallets = {
-            name: {"grid": pallet.grid.model_dump(mode="json", warnings=False), "taught": pallet.taught}
-            for name, pallet in self._pallets.used.items()
-        }
-        return {"poses": poses, "pallets": pallets}
-
-
-class _Noting(dict[str, T]):
-    """A mapping that records which entries are read."""
-
-    def __init__(self, known: Mapping[str, T]) -> None:
-        super().__init__(known)
-        self.used: dict[str, T] = {}
-
-    def __getitem__(self, name: str) -> T:
-        self.used[name] = super().__getitem__(name)
-        return self.used[name]
-
-
-def _taught(body: Body) -> TaughtPlaces:
-    poses = {
-        name: TaughtPose(
-            name,
-            Joints(*pose["joints"]),
-            None if pose["point"] is None else Point(*pose["point"]),
-            pose["taught"],
-        )
-        for name, pose in body["poses"].items()
-    }
-    pallets = {
-        name: TaughtPallet(name, Grid.model_validate(pallet["grid"]), pallet["taught"])
-        for name, pallet in body["pallets"].items()
-    }
-    return TaughtPlaces(poses, pallets)
