@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Sequence
 from dataclasses import replace
 
 from maya_un.config import Config, Units
+from maya_un.controller.datum import GivenDatum
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner, name_of
 from maya_un.controller.protocol import Inspection, OnVia, Preview
@@ -109,6 +110,24 @@ class FakeController:
     @property
     def run(self) -> None:
         """Nothing to tell."""
+
+    @property
+    def datum(self) -> GivenDatum | None:
+        """None: switches have shown the position."""
+        return None
+
+    async def give_datum(self, joints: Joints, *, by: str) -> None:
+        """Record the call."""
+        self.calls.append(("give_datum", (joints, by)))
+
+    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
+        """Record the call."""
+        self.calls.append(("confirm_datum", (joints, by)))
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Record the call."""
+        self.calls.append(("guarded_move", (axis, distance)))
+        return Jogged(axis, distance)
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time a path as the real controller does."""
