@@ -17,8 +17,8 @@ from maya_un.controller.datum import GivenDatum
 from maya_un.controller.execution import Execution, Pacing
 from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun, guarded_move, homed_pose
-from maya_un.controller.monitor import SETTLED, Monitor, erase, leave, noted
-from maya_un.controller.monitor import datum as datum_of_axis
+from maya_un.controller.homing_mark import erase, leave
+from maya_un.controller.monitor import Monitor
 from maya_un.controller.planner import LEAST_SPEED, Jogging, MotionPlan, Planner, Planning, name_of
 from maya_un.controller.protocol import Inspection, MotionRun, OnVia, Preview, require_output
 from maya_un.controller.registers import Dial
@@ -28,7 +28,6 @@ from maya_un.errors import (
     AbortInput,
     AmplifierFault,
     Busy,
-    DatumContradicted,
     DatumNeeded,
     DatumRefused,
     LimitReached,
@@ -37,7 +36,6 @@ from maya_un.errors import (
     NotConnected,
     NothingToRecover,
     OwnershipLost,
-    PositionNotKept,
     Stopped,
     TerminalReadsOnly,
 )
@@ -63,7 +61,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged, LinkView, Signals
-from maya_un.values import AXES, JogDirection, Joints, Progress, State, StopReport
+from maya_un.values import JogDirection, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
 _Way = Callable[[RunningCommand, Joints], Awaitable[Route]]
@@ -225,7 +223,7 @@ class GalilController:
         with monitor.slot.take("skip home"):
             driver = monitor.ready(homed=False)
             await self._at_rest_and_owned(driver)
-            await self._require_kept(driver)
+            await monitor.require_kept(driver)
             if not await monitor.adopt(driver):
                 raise MarkerMissing
             monitor.displaced = None
@@ -257,9 +255,7 @@ class GalilController:
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
             self.events.emit(HomingBegun())
-            monitor.seeking = True
-            monitor.reckoning.forget()
-            seeker = Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)
+            seeker = self._seeker(command, driver)
             found = await HomingRun(seeker, driver, self.config, self.units, monitor.enter_phase).run()
             ends = (found.b_end, found.c_end)
             await leave(driver, ends, self.units)
@@ -286,20 +282,7 @@ class GalilController:
             driver = monitor.ready(homed=False)
             datum.narrowed(Workspace.of(self.config)).with_zones(()).require(joints)
             await self._at_rest_and_owned(driver)
-            monitor.homed, monitor.displaced = False, None
-            await erase(driver)
-            await monitor.power(driver)
-            letters = [axis.letter for axis in (self.config.axes.a, self.config.axes.b, self.config.axes.c)]
-            counts = zip(letters, self.units.to_counts(joints), strict=True)
-            ends = self.config.axes.b.maximum, self.config.axes.c.maximum
-            given = GivenDatum(joints, confirmed)
-            await driver.batch([f"DP{letter}={count}" for letter, count in counts])
-            await driver.batch([datum_of_axis(self.config, self.units, axis) for axis in range(3)])
-            await leave(driver, ends, self.units, given)
-            monitor.reckoning.forget()
-            monitor.set_homed(ends, given)
-            await monitor.look()
-            monitor.hold(driver)
+            await monitor.believe(driver, GivenDatum(joints, confirmed))
             self.events.emit(DatumGiven(by, str(tuple(round(value, 4) for value in joints))))
             monitor.publish()
 
@@ -313,19 +296,7 @@ class GalilController:
         with monitor.slot.take("datum"):
             driver = monitor.ready(homed=True)
             await self._at_rest_and_owned(driver)
-            here = monitor.here()
-            datum.require_second_point(monitor.given, here)
-            found = datum.contradiction(here, joints)
-            if found is not None:
-                monitor.homed = False
-                await erase(driver)
-                self.events.emit(HomingNeeded())
-                monitor.publish()
-                raise DatumContradicted(axis=found[0], distance=found[1])
-            assert monitor.given is not None
-            given = monitor.given._replace(confirmed=True)
-            await driver.batch(datum.written(given, self.units))
-            monitor.set_homed((self.config.axes.b.maximum, self.config.axes.c.maximum), given)
+            await monitor.confirm(driver, joints)
             self.events.emit(DatumConfirmed(by))
             monitor.publish()
 
@@ -343,15 +314,19 @@ class GalilController:
             await self._at_rest_and_owned(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
-            monitor.seeking = True
-            monitor.reckoning.forget()
-            seeker = Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)
+            seeker = self._seeker(command, driver)
             gone, reason = await guarded_move(seeker, self.config, self.units, number, distance)
             monitor.seeking = False
             await monitor.look()
             monitor.hold(driver)
         monitor.publish()
         return Jogged(axis, gone, "tension" if reason else "", reason)
+
+    def _seeker(self, command: RunningCommand, driver: Driver) -> Seeker:
+        """Return what moves axes whose position is not known, and expect such motion."""
+        self._monitor.seeking = True
+        self._monitor.reckoning.forget()
+        return Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)
 
     async def _at_rest_and_owned(self, driver: Driver) -> None:
         """Write the registers of a controller that is ours and at rest; raises `Busy`, and ownership errors."""
@@ -525,7 +500,7 @@ class GalilController:
             self._lookout.begin()
             void = monitor.displaced is not None or isinstance(monitor.fault, LimitReached)
             if isinstance(monitor.fault, OwnershipLost):  # another program moved the axes
-                void = void or not await self._kept(driver)
+                void = void or not await monitor.kept(driver)
             if void or not await monitor.adopt(driver):
                 monitor.homed = False
                 await erase(driver)
@@ -623,24 +598,6 @@ class GalilController:
 
         await self._stopping.rest(driver, lambda: self._monitor.fail(named, driver), name)
         return named
-
-    async def _kept(self, driver: Driver) -> bool:
-        try:
-            await self._require_kept(driver)
-        except PositionNotKept:
-            return False
-        return True
-
-    async def _require_kept(self, driver: Driver) -> None:
-        """Raise `PositionNotKept` if the references differ from the end of this program's last motion."""
-        monitor = self._monitor
-        left = await noted(driver)
-        if left is None:
-            return
-        for axis, (counts, here) in enumerate(zip(left, monitor.standing(), strict=True)):
-            if abs(here - counts) > SETTLED:
-                await erase(driver)
-                raise PositionNotKept(axis=AXES[axis], distance=monitor.reckoning.shown(axis, here - counts))
 
     def _tell_stopped(self) -> None:
         self.events.emit(MotionStopped())

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from maya_un.config import Units
-from maya_un.errors import CommandRejected, DatumRefused, InvalidValue, UnknownName
+from maya_un.errors import CommandRejected, DatumContradicted, DatumRefused, InvalidValue, UnknownName
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.values import AXES, Joints
 
@@ -106,8 +106,11 @@ def narrowed(workspace: Workspace) -> Workspace:
     )
 
 
-def require_second_point(datum: GivenDatum | None, here: Joints) -> None:
-    """Raise `DatumRefused` unless a datum waits for its confirmation and every axis has moved away from its pose."""
+def second_point(datum: GivenDatum | None, here: Joints) -> GivenDatum:
+    """Return a datum as confirmed.
+
+    Raises `DatumRefused` unless it waits for that, and every axis has moved away from its pose.
+    """
     if datum is None or datum.confirmed:
         raise DatumRefused(reason=phrase("no datum waits for its confirmation"))
     for axis, given, now, least in zip(AXES, datum.joints, here, APART, strict=True):
@@ -119,13 +122,14 @@ def require_second_point(datum: GivenDatum | None, here: Joints) -> None:
                     distance=shown(axis, least),
                 )
             )
+    return datum._replace(confirmed=True)
 
 
-def contradiction(here: Joints, stated: Joints) -> tuple[str, str] | None:
-    """Return the axis that is not where a person states it, and by how much; None if all are within `TOLERANCE`."""
+def contradiction(here: Joints, stated: Joints) -> DatumContradicted | None:
+    """Return the error for the axis that is not where a person states it; None if all are within `TOLERANCE`."""
     for axis, now, value, most in zip(AXES, here, stated, TOLERANCE, strict=True):
         if abs(now - value) > most:
-            return axis, shown(axis, value - now)
+            return DatumContradicted(axis=axis, distance=shown(axis, value - now))
     return None
 
 

@@ -21,7 +21,8 @@ from dmc41x3.language.record import DataRecord
 from maya_un.controller import state_builder
 from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.fault_monitor import FaultMonitor
-from maya_un.controller.monitor import MOVING, Monitor
+from maya_un.controller.homing_mark import MOVING
+from maya_un.controller.monitor import Monitor
 from maya_un.controller.planner import MotionPlan
 from maya_un.controller.protocol import MotionRun, OnVia
 from maya_un.controller.seek import SETTLE

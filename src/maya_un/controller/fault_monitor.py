@@ -12,7 +12,8 @@ from contextlib import suppress
 from dmc41x3.driver import Driver
 from dmc41x3.language.record import DataRecord
 from maya_un.controller import state_builder
-from maya_un.controller.monitor import Monitor, erase, plausible, remembered
+from maya_un.controller.homing_mark import erase, plausible, remembered
+from maya_un.controller.monitor import Monitor
 from maya_un.controller.registers import GROUPS, MEANING, PendingRead
 from maya_un.controller.seek import strays
 from maya_un.controller.watchdog import Watchdog, WatchdogStatus

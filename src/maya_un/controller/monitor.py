@@ -1,16 +1,4 @@
-"""The known state of the machine: link, latest record, expected positions, homing mark, events, and a latched fault.
-
-A homing leaves a mark in the controller, and a reset erases it. A variable alone would come back by a burned BV, so the
-mark is a pair: the variable `mayahome` and the axis user variable ZA (part of the data record, zero after a reset) must
-hold the same number, and the lines' counts must lie within their strokes. After a reset the counts start at zero,
-outside the strokes.
-
-Counts depend on where the configuration of their homing placed the switches (`axes.*.minimum`), so the controller
-stores that too, as `mayamina`, `mayaminb`, `mayaminc` [counts]. If a calibration has changed them since, the mark is no
-longer valid.
-
-Every motion writes its rest position into `mayaata`, `mayaatb`, `mayaatc` [counts], valid while `mayamove` is 0. A
-program that adopts the mark later compares it with the positions, and so detects foreign changes.
+"""The known state of the machine: link, latest record, expected positions, whether homed, events, and a latched fault.
 
 The reference of an axis (Galil DMC-41x3, command RP) changes by motion, by DP, and by SH, which sets it to the position
 of the axis. So at rest it does not change, and in motion it stays on the path.
@@ -27,8 +15,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
 from maya_un.config import AxisConfig, Config, Units
-from maya_un.controller import datum as datum_of_person
-from maya_un.controller import state_builder
+from maya_un.controller import datum, homing_mark, state_builder
 from maya_un.controller.command_slot import ExclusiveSlot
 from maya_un.controller.datum import GivenDatum
 from maya_un.controller.link_quality import LinkQuality
@@ -47,6 +34,7 @@ from maya_un.errors import (
     NotHomed,
     OwnershipLost,
     PositionChanged,
+    PositionNotKept,
 )
 from maya_un.events import Connected, Disconnected, EventLog, HomingNeeded, PhaseBegun
 from maya_un.kinematics.mechanism import Mechanism
@@ -54,109 +42,6 @@ from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.motion.polyline import Polyline
 from maya_un.schema.robot import Signals
 from maya_un.values import AXES, Joints, Mode, Progress, State
-
-_SLACK = 0.035
-"""A measured long end may lie 3 % beyond the configured one, plus the way past its switch."""
-
-
-def plausible(config: Config, here: Joints) -> bool:
-    """Return whether the lines' counts are possible for a homed controller; after a reset the counts start at zero."""
-    return all(
-        axis.minimum - _SLACK <= length <= axis.maximum * (1 + _SLACK) + _SLACK
-        for axis, length in ((config.axes.b, here.b), (config.axes.c, here.c))
-    )
-
-
-def datum(config: Config, units: Units, axis: int) -> str:
-    """Return the command that stores the counts at which the datum of an axis (0, 1, 2) was defined."""
-    return f"{_noted(axis)}={_datum_counts(config, units, axis)}"
-
-
-def _noted(axis: int) -> str:
-    return f"mayamin{AXES[axis]}"
-
-
-def _datum_counts(config: Config, units: Units, axis: int) -> int:
-    return round(config.axes[axis].minimum * units.per_unit[axis])
-
-
-async def _datum_holds(driver: Driver, config: Config, units: Units, axis: int) -> bool:
-    """Return whether the counts of an axis were defined as in `config`.
-
-    Without a stored value, the manual's machine counts.
-    """
-    try:
-        noted = await driver.value(_noted(axis))
-    except CommandRejected:
-        manual = Config()
-        noted = _datum_counts(manual, Units.of(manual), axis)
-    return noted == _datum_counts(config, units, axis)
-
-
-async def leave(driver: Driver, ends: tuple[float, float], units: Units, given: GivenDatum | None = None) -> None:
-    """Write the mark; `ends` are the long ends of lines b and c [m], `given` is the datum if a person gave it."""
-    number = int(await driver.value("TIME")) & 0x3FFFFFFF | 1
-    scale = units.per_unit
-    await driver.batch(
-        [
-            f"ZAA={number}",
-            f"mayaendb={round(ends[0] * scale[1])}",
-            f"mayaendc={round(ends[1] * scale[2])}",
-            *datum_of_person.written(given, units),
-            f"mayahome={number}",
-        ]
-    )
-
-
-async def erase(driver: Driver) -> None:
-    """Erase the mark: it is absent until a homing ends."""
-    await driver.batch(["mayahome=0", "ZAA=0"])
-
-
-async def remembered(driver: Driver) -> bool:
-    """Return whether the controller still has the variable of the mark; a reset removes it."""
-    try:
-        await driver.value("mayahome")
-    except CommandRejected:
-        return False
-    return True
-
-
-MOVING = "mayamove=1"
-"""Command before a motion: the rest position is unknown from now on."""
-
-
-def resting(counts: Sequence[int]) -> list[str]:
-    """Return the commands that write the rest positions of the references of a, b, c."""
-    places = [f"mayaat{name}={count}" for name, count in zip(AXES, counts, strict=True)]
-    return [*places, "mayamove=0"]
-
-
-async def noted(driver: Driver) -> tuple[float, float, float] | None:
-    """Return the written rest positions of the references of a, b, c [counts], None if unknown."""
-    try:
-        if await driver.value("mayamove") != 0.0:
-            return None
-        a, b, c = [await driver.value(f"mayaat{name}") for name in AXES]
-    except CommandRejected:
-        return None
-    return a, b, c
-
-
-async def read(driver: Driver, config: Config, units: Units, here: Joints) -> tuple[float, float] | None:
-    """Return the measured long ends of b and c [m] of a valid mark, None without one."""
-    try:
-        number = await driver.value("mayahome")
-        ends = (await driver.value("mayaendb"), await driver.value("mayaendc"))
-    except CommandRejected:
-        return None
-    if number == 0 or number != await driver.value("_ZAA"):
-        return None
-    if not plausible(config, here):
-        return None
-    if not all([await _datum_holds(driver, config, units, axis) for axis in range(3)]):
-        return None
-    return ends[0] / units.per_unit[1], ends[1] / units.per_unit[2]
 
 
 class StateBroadcaster:
@@ -393,7 +278,7 @@ class Monitor:
         """Set the torque of rest for the lines; a live program also writes the rest position of the axes."""
         commands = self.registers.torque(self.torque.rest)
         if self.live and self.homed:
-            commands += resting(self.standing())
+            commands += homing_mark.resting(self.standing())
         if commands and not driver.lost.done():
             self.registers.sent(commands)
             sent = driver.begin_batch(commands)
@@ -448,10 +333,10 @@ class Monitor:
 
         Return whether the robot is then homed, that is, inside its workspace without zones.
         """
-        ends = await read(driver, self.config, self.units, self.here())
+        ends = await homing_mark.read(driver, self.config, self.units, self.here())
         if ends is None:
             return False
-        self.set_homed(ends, await datum_of_person.read(driver, self.units))
+        self.set_homed(ends, await datum.read(driver, self.units))
         self.homed = self.workspace.with_zones(()).holds_grain(self.here())
         return self.homed
 
@@ -461,7 +346,61 @@ class Monitor:
         self.given = given
         zones = self.workspace.zones
         whole = Workspace.of(self.config, strokes=_within(self.config, ends)).with_zones(zones)
-        self.workspace = datum_of_person.narrowed(whole) if self.uncertain else whole
+        self.workspace = datum.narrowed(whole) if self.uncertain else whole
+
+    async def require_kept(self, driver: Driver) -> None:
+        """Raise `PositionNotKept` if the references differ from the end of this program's last motion."""
+        left = await homing_mark.noted(driver)
+        if left is None:
+            return
+        for axis, (counts, here) in enumerate(zip(left, self.standing(), strict=True)):
+            if abs(here - counts) > SETTLED:
+                await homing_mark.erase(driver)
+                raise PositionNotKept(axis=AXES[axis], distance=self.reckoning.shown(axis, here - counts))
+
+    async def kept(self, driver: Driver) -> bool:
+        """Return whether the references are as after this program's last motion."""
+        try:
+            await self.require_kept(driver)
+        except PositionNotKept:
+            return False
+        return True
+
+    async def believe(self, driver: Driver, given: GivenDatum) -> None:
+        """Define the counts by the datum that a person gave, and store it. Switches the motors on."""
+        self.homed, self.displaced = False, None
+        await homing_mark.erase(driver)
+        await self.power(driver)
+        letters = [axis.letter for axis, _ in self.places()]
+        counts = zip(letters, self.units.to_counts(given.joints), strict=True)
+        await driver.batch([f"DP{letter}={count}" for letter, count in counts])
+        await driver.batch([homing_mark.datum(self.config, self.units, axis) for axis in range(3)])
+        await homing_mark.leave(driver, self._configured_ends, self.units, given)
+        self.reckoning.forget()
+        self.set_homed(self._configured_ends, given)
+        await self.look()
+        self.hold(driver)
+
+    async def confirm(self, driver: Driver, stated: Joints) -> None:
+        """Allow all motion if the robot stands at `stated` (rad, m, m), by a person; else the homing is invalid.
+
+        Raises `DatumRefused`, and `DatumContradicted`.
+        """
+        here = self.here()
+        given = datum.second_point(self.given, here)
+        found = datum.contradiction(here, stated)
+        if found is not None:
+            self.homed = False
+            await homing_mark.erase(driver)
+            self.events.emit(HomingNeeded())
+            self.publish()
+            raise found
+        await driver.batch(datum.written(given, self.units))
+        self.set_homed(self._configured_ends, given)
+
+    @property
+    def _configured_ends(self) -> tuple[float, float]:
+        return self.config.axes.b.maximum, self.config.axes.c.maximum
 
     @property
     def uncertain(self) -> bool:
@@ -525,7 +464,7 @@ class Monitor:
         homed = self.homed
         try:
             await self.look()
-            lost = homed and await read(driver, self.config, self.units, self.here()) is None
+            lost = homed and await homing_mark.read(driver, self.config, self.units, self.here()) is None
         except (NotConnected, MachineError) as error:
             if not isinstance(error, MachineError) or driver.lost.done():
                 return  # lost again: the link's keeper dials again

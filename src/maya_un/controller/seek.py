@@ -17,7 +17,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
 from maya_un.config import Config, Units
-from maya_un.controller import monitor, registers, state_builder
+from maya_un.controller import homing_mark, registers, state_builder
 from maya_un.controller.monitor import PositionReckoner
 from maya_un.controller.registers import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
@@ -209,7 +209,7 @@ class Seeker:
     async def define(self, axis: int, counts: int) -> None:
         """Define the position of an axis at rest as `counts` (DP), and store its datum in the controller."""
         command = f"DP{self._config.axes[axis].letter}={counts}"
-        await self._driver.batch([command, monitor.datum(self._config, self._units, axis)])
+        await self._driver.batch([command, homing_mark.datum(self._config, self._units, axis)])
         if self._known is not None:
             a, b, c = (counts if i == axis else known for i, known in enumerate(self._known))
             self._known = a, b, c

@@ -84,7 +84,7 @@ async def test_homing_reports_its_phases_and_leaves_its_mark_last() -> None:
         first, last = sent.index("BGS"), len(sent) - sent[::-1].index("BGS")
         assert {"mayahome=0", "ZAA=0"} < set(sent[:first])
         marks = [command.split("=")[0] for command in sent[last:] if "=" in command and not command.startswith("TL")]
-        assert marks == ["ZAA", "mayaendb", "mayaendc", "mayahome"]
+        assert marks == ["ZAA", "mayaendb", "mayaendc", "mayagiv", "mayahome"]
         assert {command for command in sent if command[:2] == "BG"} == {"BGS"}
 
 

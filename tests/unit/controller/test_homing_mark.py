@@ -7,7 +7,7 @@ import pytest
 
 from dmc41x3.driver import Driver
 from maya_un.config import Config, Units
-from maya_un.controller import monitor
+from maya_un.controller import homing_mark
 from maya_un.testing import rig
 from maya_un.values import Joints
 from tests.unit.controller.bench import HERE, commands_in, homed
@@ -41,7 +41,7 @@ async def wire() -> AsyncIterator[Driver]:
 async def test_half_a_mark_is_invalid(left: list[str]) -> None:
     async with wire() as driver:
         await driver.batch(left)
-        assert await monitor.read(driver, CONFIG, UNITS, HERE) is None
+        assert await homing_mark.read(driver, CONFIG, UNITS, HERE) is None
 
 
 @pytest.mark.parametrize(
@@ -60,7 +60,7 @@ async def test_half_a_mark_is_invalid(left: list[str]) -> None:
 async def test_mark_is_valid_for_possible_lengths_of_the_lines(here: Joints, holds: bool) -> None:
     async with wire() as driver:
         await driver.batch(["mayahome=9", "ZAA=9", *ENDS])
-        found = await monitor.read(driver, CONFIG, UNITS, here)
+        found = await homing_mark.read(driver, CONFIG, UNITS, here)
         assert found == (pytest.approx((2.25, 2.29)) if holds else None)
 
 
@@ -88,7 +88,7 @@ async def test_a_mark_holds_while_the_switches_are_called_the_same(
     """A calibration moves `axes.*.minimum`; counts of a homing before it are off by that much then."""
     async with wire() as driver:
         await driver.batch(["mayahome=9", "ZAA=9", *ENDS, *(f"mayamin{axis}={at}" for axis, at in noted.items())])
-        found = await monitor.read(driver, configured(**minimum), UNITS, HERE)
+        found = await homing_mark.read(driver, configured(**minimum), UNITS, HERE)
         assert (found is not None) is holds
 
 
@@ -99,29 +99,29 @@ async def test_scale_alone_keeps_the_counts() -> None:
     config = config.model_copy(update={"scale": scale})
     async with wire() as driver:
         await driver.batch(["mayahome=9", "ZAA=9", *ENDS])
-        assert await monitor.read(driver, config, Units.of(config), HERE) == pytest.approx((1.8, 1.832))
+        assert await homing_mark.read(driver, config, Units.of(config), HERE) == pytest.approx((1.8, 1.832))
 
 
 @pytest.mark.parametrize(("axis", "command"), [(0, "mayamina=0"), (1, "mayaminb=575000"), (2, "mayaminc=565000")])
 def test_the_datum_is_noted_in_counts(axis: int, command: str) -> None:
-    assert monitor.datum(CONFIG, UNITS, axis) == command
+    assert homing_mark.datum(CONFIG, UNITS, axis) == command
 
 
 @pytest.mark.parametrize("after", [0.0, 1.0, 1e5])
 async def test_a_mark_that_was_left_is_found_until_it_is_erased(after: float) -> None:
     async with wire() as driver:
         await elapse(after)
-        await monitor.leave(driver, (2.2513, 2.2987), UNITS)
-        assert await monitor.read(driver, CONFIG, UNITS, HERE) == pytest.approx((2.2513, 2.2987))
-        await monitor.erase(driver)
-        assert await monitor.read(driver, CONFIG, UNITS, HERE) is None
+        await homing_mark.leave(driver, (2.2513, 2.2987), UNITS)
+        assert await homing_mark.read(driver, CONFIG, UNITS, HERE) == pytest.approx((2.2513, 2.2987))
+        await homing_mark.erase(driver)
+        assert await homing_mark.read(driver, CONFIG, UNITS, HERE) is None
 
 
 @pytest.mark.parametrize("time", [0, 1, 2, 2**31 - 1, -(2**31), -1])
 async def test_the_number_of_a_mark_is_never_zero_and_fits_both_places(time: int) -> None:
     answers = {"MG TIME": f" {time}.0000\r\n:".encode()}
     async with conversation(lambda command: answers.get(command, b":")) as (driver, peer):
-        await monitor.leave(driver, (2.2, 2.2), UNITS)
+        await homing_mark.leave(driver, (2.2, 2.2), UNITS)
     told = dict(command.split("=") for command in peer.commands if "=" in command)
     assert told["mayahome"] == told["ZAA"]
     assert 0 < int(told["ZAA"]) < 2**31
@@ -131,7 +131,7 @@ async def test_variable_is_written_last_and_erased_first() -> None:
     async with homed() as bench:
         del bench.sent[:]
         driver = bench.controller._monitor.link.driver
-        await monitor.erase(driver)
-        await monitor.leave(driver, (2.2, 2.2), UNITS)
+        await homing_mark.erase(driver)
+        await homing_mark.leave(driver, (2.2, 2.2), UNITS)
         names = [command.split("=")[0] for command in commands_in(bytes(bench.sent)) if "=" in command]
-        assert names == ["mayahome", "ZAA", "ZAA", "mayaendb", "mayaendc", "mayahome"]
+        assert names == ["mayahome", "ZAA", "ZAA", "mayaendb", "mayaendc", "mayagiv", "mayahome"]
