@@ -49,6 +49,7 @@ export interface AxisConfig {
   limit_deceleration_counts: number;
   error_limit_counts: number;
   jerk_counts: number | null;
+  switches: "both" | "minimum" | "maximum" | "none";
 }
 
 export interface Band {
@@ -229,6 +230,14 @@ export interface CylinderConfigRequest {
   lines?: boolean;
 }
 
+export interface DatumView {
+  needed: boolean;
+  reason: string;
+  given: Joints | null;
+  confirmed: boolean | null;
+  homed_pose: Joints;
+}
+
 export interface Diagnosis {
   findings: (FoundByDoctor)[];
 }
@@ -365,6 +374,11 @@ export interface GripperConfig {
   settle_time: number;
 }
 
+export interface GuardedMove {
+  axis: "a" | "b" | "c";
+  distance: number;
+}
+
 export interface HalfSpaceConfig {
   name: string;
   kind: "half_space";
@@ -400,6 +414,7 @@ export interface HomingConfig {
   speed: number;
   slow_speed: number;
   torque_per_load: number;
+  torque_readings: boolean;
   stroke_tolerance: number;
 }
 
@@ -940,6 +955,10 @@ export interface State {
   override: number;
 }
 
+export interface StatedPose {
+  joints: [number, number, number];
+}
+
 export interface Status {
   version: string;
   address: string;
@@ -953,6 +972,7 @@ export interface Status {
   run: number;
   queue: QueueMode;
   reason: string;
+  unconfirmed: boolean;
 }
 
 export interface SteeredJog {
@@ -1162,6 +1182,10 @@ export interface Operations {
   "POST /v1/resume": { body: undefined; answer: Resumed };
   "POST /v1/speed": { body: Speed; answer: Speed };
   "POST /v1/recover": { body: undefined; answer: Recovered };
+  "GET /v1/datum": { body: undefined; answer: DatumView };
+  "POST /v1/datum": { body: StatedPose; answer: DatumView };
+  "POST /v1/datum/confirm": { body: StatedPose; answer: DatumView };
+  "POST /v1/datum/move": { body: GuardedMove; answer: Jogged };
   "GET /v1/lease": { body: undefined; answer: LeaseView };
   "POST /v1/lease": { body: Taking; answer: LeaseTaken };
   "DELETE /v1/lease": { body: undefined; answer: LeaseView };
@@ -1228,4 +1252,4 @@ export interface Topics {
 }
 
 /** The actions of `Permissions`. */
-export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "answer" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";
+export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "pause" | "resume" | "datum" | "recover" | "submit" | "approve" | "order" | "clear" | "pause queue" | "resume queue" | "step queue" | "decide" | "answer" | "teach" | "zones" | "take lease" | "break lease" | "record" | "configure" | "calibrate" | "inject faults" | "read log" | "terminal" | "back up" | "read audit" | "manage users";
