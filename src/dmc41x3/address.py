@@ -27,7 +27,7 @@ BAUD = 115200
 """Speed of a serial port if the address names none [bit/s]."""
 
 BAUDS = (9600, 19200, 38400, 57600, 115200)
-"""Speeds of a serial port [bit/s]. A jumper of the controller chooses between 19200 and 115200."""
+"""Speeds of a serial port [bit/s]; jumpers choose that of the controller."""
 
 _SERIAL = re.compile(r"(?P<path>/[^@\s]+|COM[0-9]{1,3})(?:(?:@|\s+(?:-b|--baud)[\s=])\s*(?P<baud>[0-9]{1,7}))?")
 _SERIAL_BEGIN = re.compile(r"/|COM[0-9]+(?![\w.-])")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import signal
 from collections.abc import Iterator
@@ -11,6 +12,12 @@ from typing import Any
 
 import pytest
 
+from dmc41x3.address import parse
+from dmc41x3.errors import LinkLost
+from dmc41x3.twin.wire.server import VirtualController, bench
+from dmc41x3.wire.transport import connect
+from maya_un.config import Config
+from maya_un.controller.controller import GalilController
 from tests.ports import free_port
 from tests.system.processes import Process, Wire, done, running
 
@@ -117,6 +124,44 @@ def test_unplugged_robot_stops_and_is_reported() -> None:
         assert (code, "100" in text or "1010" in text) == (1, True), text
 
 
+async def until(controller: GalilController, mode: str) -> None:
+    """Wait until a controller is in a mode."""
+    async with asyncio.timeout(30.0):
+        async for state in controller.watch():
+            if state.mode == mode:
+                return
+
+
+def test_cable_that_is_plugged_in_again_is_found_and_moves_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "tty"
+
+    def plug(twin: VirtualController) -> None:
+        path.unlink(missing_ok=True)
+        path.symlink_to(twin.serve_serial())
+
+    async def run() -> None:
+        twin = bench(3)
+        plug(twin)
+        controller = GalilController(lambda: connect(parse(str(path)), 2.0), str(path), Config(), live=True)
+        try:
+            await controller.open()
+            assert controller.state.mode == "not_homed"
+            twin.unplug()
+            await until(controller, "disconnected")
+            plug(twin)
+            await until(controller, "fault")
+            assert controller.state.fault is not None
+            assert controller.state.fault.code == LinkLost.code
+            assert not any(axis.moving for axis in twin.machine.unit.axes)
+            await controller.recover()
+            assert controller.state.mode == "not_homed"
+        finally:
+            await controller.close()
+            await twin.close()
+
+    asyncio.run(run())
+
+
 def test_search_finds_the_twin_and_sends_it_nothing_but_its_question() -> None:
     with served("--bench") as (_, address, port):
         number = address.rpartition(":")[2]
@@ -153,7 +198,8 @@ def test_controller_without_an_address_gets_one_and_keeps_it(dhcp: bool, tmp_pat
         )
 
 
-def test_askers_are_listed(tmp_path: Path) -> None:
+@pytest.mark.waits("3 s in which controllers may ask, once a second at first")
+def test_askers_are_listed() -> None:
     server = free_port()
     with running(f"dmc serve --bench --port 0 --bootp 127.0.0.1:{server}") as twin:
         twin.until(":")
@@ -177,6 +223,7 @@ def test_address_changes_and_is_burned_after_the_controller_was_reached_there() 
         assert (by_cable["reached"], by_cable["address"]) == (port, "127.0.0.3")
 
 
+@pytest.mark.waits("up to 10 s in which a controller may come up at its new address")
 def test_unreachable_address_is_not_burned() -> None:
     with served("--bench") as (_, address, port):
         # An address of a network for documentation (RFC 5737), which no computer has.

@@ -219,7 +219,7 @@ def find(
 def assign(
     context: typer.Context,
     mac: Annotated[
-        str | None, typer.Argument(metavar="[MAC]", help="hardware address, printed on the controller: 00:50:4C:..")
+        str | None, typer.Argument(metavar="[MAC]", help="hardware address of the controller: 00:50:4C:..")
     ] = None,
     address: Annotated[
         str | None, typer.Argument(metavar="[ADDRESS[:PORT]]", help="address that the controller gets")

@@ -226,7 +226,7 @@ _TH = re.compile(r"IP ADDRESS (\d+),(\d+),(\d+),(\d+) ETHERNET ADDRESS ([0-9A-Fa
 _BURN_TIME = 10.0
 """Longest wait for BN [s]."""
 
-_ATTEMPTS, _PAUSE = 20, 0.25
+_ATTEMPTS, _PAUSE = 8, 0.25
 """Attempts to reach a controller at its new address, and the time between two [s]."""
 
 

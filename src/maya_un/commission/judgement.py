@@ -113,7 +113,7 @@ def _inverted(switch: Switch, press: Press) -> bool:
 
 def _of_axis(axis: int, presses: Mapping[Side, Press]) -> list[MachineError]:
     other: dict[Side, Side] = {"reverse": "forward", "forward": "reverse"}
-    answered = {side: _answered(axis, side, press) for side, press in presses.items()}
+    answered: dict[Side, tuple[Switch, ...]] = {side: _answered(axis, side, press) for side, press in presses.items()}
     if answered and all(answered[side] == ((axis, other[side]),) for side in answered):
         return [SwitchesExchanged(axis=AXES[axis])]
     found: list[MachineError] = []
@@ -133,7 +133,7 @@ def _answered(axis: int, side: Side, press: Press) -> tuple[Switch, ...]:
     if not press.already:
         return press.changed
     here: Switch = (axis, side)
-    active = tuple((axis, one) for one in SIDES if press.pressed[axis, one])
+    active: tuple[Switch, ...] = tuple((axis, one) for one in SIDES if press.pressed[axis, one])
     return active or (here,)
 
 

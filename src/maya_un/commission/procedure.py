@@ -84,8 +84,8 @@ class Commissioning:
         """
         if not all(self.progress.done(step.key) for step in steps):
             for step in steps:
-                if step.again:
-                    self.progress.results.pop(step.key, None)
+                if step.again and step.key in self.progress.results:
+                    self.progress.results[step.key] = CheckResult()
         try:
             for step in steps:
                 await self._step(step)

@@ -221,17 +221,19 @@ async def _direction(axis: int, s: Commissioning) -> None:
 
 async def _first_motion(axis: int, s: Commissioning, machine: GuardedMachine, way: float) -> tuple[Motion, Seen | None]:
     """Try with more and more torque, until something moves."""
-    name = AXES[axis]
-    for level, volts in enumerate(machine.levels(axis)):
-        motion, seen = await _try(axis, s, machine, way, volts, f".{level}" if level else "")
+    level, levels = 0, machine.levels(axis)
+    while True:
+        motion, seen = await _try(axis, s, machine, way, levels[level], f".{level}" if level else "")
         trial = machine.trial(motion)
-        right = not motion.tripped or judgement.direction(trial, seen) is not None
-        if right and not judgement.nothing_moved(trial, seen):
+        blocked = motion.tripped and judgement.direction(trial, seen) is None
+        if level + 1 == len(levels) or not (blocked or judgement.nothing_moved(trial, seen)):
             break
-    s.read(volts=f"{volts:.2f}")
+        level += 1
+    s.read(volts=f"{levels[level]:.2f}")
     allowed = HOMING * s.config.homing.torque_per_load
-    if level and volts > allowed and _tells_torque(axis, way) and abs(trial.counted[axis]) > judgement.COUNTS:
-        s.found(TorqueTooLow(axis=name, allowed=f"{allowed:.2f}"))
+    moved = abs(trial.counted[axis]) > judgement.COUNTS
+    if level and levels[level] > allowed and _tells_torque(axis, way) and moved:
+        s.found(TorqueTooLow(axis=AXES[axis], allowed=f"{allowed:.2f}"))
     return motion, seen
 
 

@@ -205,3 +205,33 @@ def test_at_a_terminal_a_person_says_whether_a_step_may_begin(folder: Path) -> N
         "stop": "passed",
         "limits": "interrupted",
     }
+
+
+def test_a_controller_in_the_network_is_commissioned_by_a_person_at_the_terminal(folder: Path) -> None:
+    maya = [sys.executable, "-m", "maya_un.cli.main"]
+    environment = {**os.environ, "MAYA_STATE_DIR": str(folder), "MAYA_RUNTIME_DIR": str(folder)}
+    serving = [*maya, "dmc", "serve", "--port", "0"]
+    with subprocess.Popen(serving, stdout=subprocess.PIPE, env=environment, text=True) as twin:
+        try:
+            assert twin.stdout is not None
+            address = twin.stdout.readline().strip()
+            # connect, skip the emergency stop and the switches, look at the gripper; no axis may move then
+            typed = "\ns\ns\n\no\nc\n"
+            ended = subprocess.run(
+                [*maya, "commission", "--address", address],
+                input=typed,
+                capture_output=True,
+                env=environment,
+                text=True,
+                check=False,
+            )
+        finally:
+            twin.terminate()
+    assert ended.returncode == output.FAILED, ended.stderr
+    found = json.loads((folder / FILE).read_text(encoding="utf-8"))
+    assert found["address"] == address
+    states = {key: one["state"] for key, one in found["steps"].items()}
+    assert (states["connection"], states["gripper"]) == ("passed", "passed")
+    assert {states[key] for key in ("stop", "limits")} == {"skipped"}
+    assert {states[step.key] for step in STEPS[4:]} == {"blocked"}
+    assert "| Gripper | passed | output 1, closed_by clear |" in ended.stdout

@@ -14,10 +14,9 @@ from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Switch, T
 from maya_un.errors import MachineError
 
 
-def press(switch: Switch, input_: Switch | None, *, idle: bool = False) -> Press:
+def press(input_: Switch | None, *, idle: bool = False) -> Press:
     """Return the readings of a press that changes one input; `idle` is the reading of all released switches."""
     before = dict.fromkeys(SWITCHES, idle)
-    del switch
     return Press(before, {one: reading != (one == input_) for one, reading in before.items()})
 
 
@@ -28,7 +27,7 @@ def presses(
     found: dict[Switch, Press] = {}
     for axis, side in SWITCHES:
         at = SIDES[side == "reverse"] if axis == exchanged else side
-        found[axis, side] = press((axis, side), (places[axis], at), idle=idle)
+        found[axis, side] = press((places[axis], at), idle=idle)
     return found
 
 
@@ -66,14 +65,15 @@ def test_exchanged_switches_are_a_mistake_of_their_axis(axis: int) -> None:
 
 @pytest.mark.parametrize("switch", SWITCHES)
 def test_a_switch_that_changes_nothing_is_not_connected(switch: Switch) -> None:
-    found = presses() | {switch: press(switch, None)}
+    found = presses() | {switch: press(None)}
     (error,) = judgement.switches(found, "ABC", -1).errors
     assert isinstance(error, errors.SwitchNotConnected)
     assert (error.details["axis"], error.details["side"]) == ("abc"[switch[0]], switch[1])
 
 
 def test_a_switch_at_another_axis_names_the_input() -> None:
-    found = presses() | {(1, "forward"): press((1, "forward"), (2, "reverse"))}
+    found = presses()
+    found[1, "forward"] = press((2, "reverse"))
     (error,) = judgement.switches(found, "ABC", -1).errors
     assert isinstance(error, errors.SwitchAtOtherInput)
     assert error.details["inputs"] == "c reverse"
@@ -81,10 +81,11 @@ def test_a_switch_at_another_axis_names_the_input() -> None:
 
 def test_a_switch_that_its_axis_presses_is_judged_by_its_reading() -> None:
     active = {one: one == (1, "reverse") for one in SWITCHES}
-    found = presses() | {(1, "reverse"): Press(active, active, already=True)}
+    found = presses()
+    found[1, "reverse"] = Press(active, active, already=True)
     assert judgement.switches(found, "ABC", -1).errors == ()
     idle = dict.fromkeys(SWITCHES, False)
-    found = presses() | {(1, "reverse"): Press(idle, idle, already=True)}
+    found[1, "reverse"] = Press(idle, idle, already=True)
     assert [type(error) for error in judgement.switches(found, "ABC", -1).errors] == [errors.SwitchInverted]
 
 

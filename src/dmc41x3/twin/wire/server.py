@@ -102,7 +102,7 @@ class VirtualController:
         """
         listener = await listen(self, host, port, udp=udp)
         self._listeners.append(listener)
-        self._host = host
+        self._host = listener.address[0]
         return listener.address
 
     def ask_for_address(self, server: tuple[str, int]) -> None:

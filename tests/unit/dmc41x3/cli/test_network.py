@@ -132,7 +132,8 @@ def test_named_controller_gets_its_address(dhcp: bool) -> None:
         if dhcp:
             asking.send(request(AddressRequest(MAC, 5, DhcpKind.DISCOVER)))
             asking.send(request(AddressRequest(MAC, 6, DhcpKind.REQUEST, here, IPv4Address("127.0.0.3"))))
-        asking.send(request(AddressRequest(MAC, 6, *((DhcpKind.REQUEST, here, ADDRESS) if dhcp else ()))))
+        last = AddressRequest(MAC, 6, DhcpKind.REQUEST, here, ADDRESS) if dhcp else AddressRequest(MAC, 6)
+        asking.send(request(last))
         assigning.serve(waiting, MAC, ADDRESS, MASK, 5.0)
         kinds = ((5, DhcpKind.OFFER), (6, DhcpKind.ACK)) if dhcp else ((6, DhcpKind.NONE),)
         expected = [AddressReply(MAC, number, ADDRESS, here, MASK, kind) for number, kind in kinds]

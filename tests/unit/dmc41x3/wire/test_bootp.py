@@ -45,6 +45,7 @@ addresses = st.integers(1, 2**32 - 1).map(IPv4Address)
 def test_bootp_request_by_hand() -> None:
     asked = parse_request(REQUEST + bytes(64))
     assert asked == AddressRequest(MAC, 7)
+    assert asked is not None
     assert asked.from_galil
     assert request(asked)[:236] == REQUEST
 
@@ -59,6 +60,7 @@ def test_bootp_reply_by_hand() -> None:
 def test_dhcp_discover_is_offered_an_address_without_end() -> None:
     asked = parse_request(REQUEST + MAGIC + bytes([53, 1, 1, 255]))
     assert asked == AddressRequest(MAC, 7, DhcpKind.DISCOVER)
+    assert asked is not None
     sent = answer(asked, ADDRESS, MASK, SERVER)
     options = bytes([53, 1, 2, 54, 4, *SERVER.packed, 51, 4, 255, 255, 255, 255, 1, 4, *MASK.packed, 255])
     assert sent[:236] == REPLY
@@ -69,6 +71,7 @@ def test_dhcp_request_names_its_server() -> None:
     options = bytes([0, 53, 1, 3, 54, 4, *SERVER.packed, 50, 4, *ADDRESS.packed, 255])
     asked = parse_request(REQUEST + MAGIC + options)
     assert asked == AddressRequest(MAC, 7, DhcpKind.REQUEST, SERVER, ADDRESS)
+    assert asked is not None
     found = parse_reply(answer(asked, ADDRESS, MASK, SERVER))
     assert found == AddressReply(MAC, 7, ADDRESS, SERVER, MASK, DhcpKind.ACK)
 
