@@ -7,6 +7,7 @@ from collections.abc import AsyncIterator, Sequence
 from dataclasses import replace
 
 from maya_un.config import Config, Units
+from maya_un.controller.datum import GivenDatum
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.planner import Planner, name_of
 from maya_un.controller.protocol import Inspection, OnVia, Preview
@@ -69,6 +70,7 @@ class FakeController:
         self.calls: list[tuple[str, object]] = []
         self.fail_at: dict[int, MayaError] = {}
         self.inputs = [True] * 8
+        self.datum: GivenDatum | None = None
         self.previews = 0
         self.stops = 0
         self._planner = Planner(self.config, self.mechanism)
@@ -125,6 +127,18 @@ class FakeController:
         await self._take("home", None, HOMING_TIME)
         self.state = state_of(self._exact(homed_pose(self.config)), closed=self.state.gripper_closed)
         self.events.emit(HomingDone())
+
+    async def give_datum(self, joints: Joints, *, by: str) -> None:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="datum")
+
+    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="datum")
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Raise `NotOverRos`: another node has the controller."""
+        raise NotOverRos(request="guarded move")
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Take the move's time and stand at its end."""
