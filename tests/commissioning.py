@@ -12,7 +12,7 @@ from maya_un.assembly import Twin, machine_of, make_twin
 from maya_un.cli.commission.rehearsal import TwinPerson
 from maya_un.commission.procedure import Commissioning
 from maya_un.commission.progress import CommissioningProgress
-from maya_un.commission.questions import Ask, Question
+from maya_un.commission.questions import Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import Config
 from maya_un.machine.truth import TrueConstants
@@ -55,7 +55,7 @@ class JudgingPerson:
         """Answer, and judge what moved since the last announcement."""
         self.judge()
         self.asked.append(question.key)
-        if question.ask is Ask.READY:
+        if question.ask is QuestionKind.READY:
             record = self.twin.mechanics.record
             self._last = Announced(question.key, record.mark(), self.twin.mechanics.true_joints(), dict(question.most))
         chosen = self.on_ask(question)

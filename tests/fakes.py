@@ -112,6 +112,24 @@ class FakeController:
     def run(self) -> None:
         """Nothing to tell."""
 
+    @property
+    def datum(self) -> GivenDatum | None:
+        """None: switches have shown the position."""
+        return None
+
+    async def give_datum(self, joints: Joints, *, by: str) -> None:
+        """Record the call."""
+        self.calls.append(("give_datum", (joints, by)))
+
+    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
+        """Record the call."""
+        self.calls.append(("confirm_datum", (joints, by)))
+
+    async def guarded_move(self, axis: str, distance: float) -> Jogged:
+        """Record the call."""
+        self.calls.append(("guarded_move", (axis, distance)))
+        return Jogged(axis, distance)
+
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time a path as the real controller does."""
         self.previews += 1

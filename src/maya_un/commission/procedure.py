@@ -10,7 +10,7 @@ from typing import Any
 from dmc41x3.i18n import Phrase, phrase
 from maya_un.commission.guarded import Bounds, GuardedMachine, claimed
 from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress
-from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Ask, Person, PossibleAnswer, Question
+from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.config import Config
 from maya_un.config.files import checked
 from maya_un.controller.registers import Dial
@@ -26,7 +26,7 @@ _READY = (
 )
 
 
-class Skipped(Exception):
+class SkippedByPerson(Exception):
     """The person skips the step."""
 
 
@@ -112,7 +112,7 @@ class Commissioning:
             await step.run(self)
             corrected = CheckState.CORRECTED if self._result.errors else CheckState.PASSED
             self._result.state = CheckState.FAILED if self._fatal else corrected
-        except Skipped:
+        except SkippedByPerson:
             await self._calm()
             self._result.state = CheckState.SKIPPED
         except _LINK as error:
@@ -143,7 +143,7 @@ class Commissioning:
         if machine.supported:
             return
         text = phrase("The drums do not lock. Support the gripper, so that the lines do not carry it.")
-        await self.ask(Question("connection.support", Ask.SUPPORT, text, DONE))
+        await self.ask(Question("connection.support", QuestionKind.SUPPORT, text, DONE))
         machine.supported = True
         await machine.rest()
 
@@ -186,11 +186,11 @@ class Commissioning:
         self._result.readings |= values
 
     async def ready(self, key: str, text: Phrase, most: Bounds | None = None) -> None:
-        """Announce what happens next, and how far axes move at most; raises `Skipped` and `QuitByPerson`."""
+        """Announce what happens next, and how far axes move at most; raises `SkippedByPerson` and `QuitByPerson`."""
         part = key.split(".")[1]
         axis = AXES.index(part) if part in AXES else None
-        if await self.ask(Question(key, Ask.READY, text, _READY, axis, most=most or {})) == SKIP:
-            raise Skipped
+        if await self.ask(Question(key, QuestionKind.READY, text, _READY, axis, most=most or {})) == SKIP:
+            raise SkippedByPerson
 
     async def ask(self, question: Question) -> str:
         """Return the answer to a question; raises `QuitByPerson`."""

@@ -21,7 +21,7 @@ ALREADY = "already"
 """The axis itself presses the switch."""
 
 
-class Ask(StrEnum):
+class QuestionKind(StrEnum):
     """What a question asks for."""
 
     READY = "ready"
@@ -55,7 +55,7 @@ class Question:
     """
 
     key: str
-    ask: Ask
+    ask: QuestionKind
     text: Phrase
     choices: tuple[PossibleAnswer, ...] = ()
     axis: int | None = None

@@ -11,8 +11,8 @@ from dmc41x3.i18n import PHRASE, Phrase, marked, phrase
 from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
-from maya_un.commission.procedure import Commissioning, CommissioningStep, Skipped
-from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, Ask, PossibleAnswer, Question
+from maya_un.commission.procedure import Commissioning, CommissioningStep, SkippedByPerson
+from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, PossibleAnswer, Question, QuestionKind
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import HOMING
 from maya_un.errors import (
@@ -84,9 +84,9 @@ async def _stop(s: Commissioning) -> None:
     )
     machine = await s.machine()
     before = await machine.abort_active()
-    await s.ask(Question("stop.press", Ask.PRESS_STOP, phrase("Press the emergency stop."), DONE))
+    await s.ask(Question("stop.press", QuestionKind.PRESS_STOP, phrase("Press the emergency stop."), DONE))
     pressed = await machine.abort_active()
-    await s.ask(Question("stop.release", Ask.RELEASE_STOP, phrase("Release the emergency stop."), DONE))
+    await s.ask(Question("stop.release", QuestionKind.RELEASE_STOP, phrase("Release the emergency stop."), DONE))
     s.read(released="active" if before else "inactive", pressed="active" if pressed else "inactive")
     error = judgement.stop(before, pressed)
     if error is not None:
@@ -128,10 +128,10 @@ async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: S
         "Press the limit switch at the {end} of {part} by hand, and hold it.", end=_ENDS[axis][side], part=PARTS[axis]
     )
     already = PossibleAnswer(ALREADY, phrase("a: the axis itself presses it now"))
-    answer = await s.ask(Question(f"{key}.press", Ask.PRESS_SWITCH, press, (*DONE, already), axis, side))
+    answer = await s.ask(Question(f"{key}.press", QuestionKind.PRESS_SWITCH, press, (*DONE, already), axis, side))
     pressed = await machine.switches()
     if answer != ALREADY:
-        await s.ask(Question(f"{key}.release", Ask.RELEASE_SWITCH, phrase("Let it go."), DONE, axis, side))
+        await s.ask(Question(f"{key}.release", QuestionKind.RELEASE_SWITCH, phrase("Let it go."), DONE, axis, side))
     return Press(before, pressed, answer == ALREADY)
 
 
@@ -183,7 +183,7 @@ async def _closed_by(s: Commissioning, machine: GuardedMachine, bit: int) -> str
     for command, high in (("set", True), ("clear", False)):
         await machine.output(bit, high=high)
         text = phrase("Output {bit}: is the gripper open or closed now?", bit=bit)
-        seen[command] = await s.ask(Question(f"gripper.{bit}.{command}", Ask.GRIPPER, text, _JAWS))
+        seen[command] = await s.ask(Question(f"gripper.{bit}.{command}", QuestionKind.GRIPPER, text, _JAWS))
     if seen["set"] == seen["clear"]:
         return None
     return "set" if seen["set"] == _CLOSED else "clear"
@@ -269,7 +269,13 @@ async def _try(
     ]
     choices.append(PossibleAnswer(NOTHING, phrase("nothing moved")))
     answer = await s.ask(
-        Question(f"{key}{suffix}.seen", Ask.SEEN, phrase("What moved, and in which direction?"), tuple(choices), axis)
+        Question(
+            f"{key}{suffix}.seen",
+            QuestionKind.SEEN,
+            phrase("What moved, and in which direction?"),
+            tuple(choices),
+            axis,
+        )
     )
     seen = None if answer == NOTHING else Seen(AXES.index(answer[0]), 1 if answer[1] == "+" else -1)
     return motion, seen
@@ -279,7 +285,7 @@ async def _explain_rest(axis: int, s: Commissioning, volts: float) -> None:
     lamp = (PossibleAnswer(YES, phrase("y: yes")), PossibleAnswer(NO, phrase("n: no")))
     text = phrase("Is the amplifier of {part} enabled (its lamp, or a voltage at the motor)?", part=PARTS[axis])
     machine = await s.machine()
-    answer = await s.ask(Question(f"direction.{AXES[axis]}.lamp", Ask.LAMP, text, lamp, axis))
+    answer = await s.ask(Question(f"direction.{AXES[axis]}.lamp", QuestionKind.LAMP, text, lamp, axis))
     await machine.off(axis)
     if answer == YES:
         s.found(BrakeClosed(axis=AXES[axis], volts=f"{volts:.1f}"))
@@ -290,7 +296,7 @@ async def _explain_rest(axis: int, s: Commissioning, volts: float) -> None:
 async def _measured(
     axis: int, s: Commissioning, machine: GuardedMachine, motion: Motion, tolerance: float
 ) -> EncoderScaleWrong | None:
-    """Ask how far an axis moved, and compare it with the encoder."""
+    """QuestionKind how far an axis moved, and compare it with the encoder."""
     config = s.config
     step = "direction" if tolerance == COARSE else "travel"
     text = phrase("How far did {part} move [mm]?", part=PARTS[axis])
@@ -299,7 +305,7 @@ async def _measured(
             "How far did the boom move [mm], {distance:.0f} mm from its axis (below anchor c)?",
             distance=config.geometry.length * 1e3,
         )
-    answer = float(await s.ask(Question(f"{step}.{AXES[axis]}.length", Ask.LENGTH, text, axis=axis)))
+    answer = float(await s.ask(Question(f"{step}.{AXES[axis]}.length", QuestionKind.LENGTH, text, axis=axis)))
     measured = abs(answer) / 1e3 / (config.geometry.length if axis == 0 else 1.0)
     counted = abs(motion.moved(axis)) / machine.units.per_unit[axis]
     s.read(counted=length_text(axis, counted), measured=length_text(axis, measured))
@@ -360,7 +366,7 @@ async def _travel(axis: int, s: Commissioning) -> None:
     if motion is None:  # a switch stopped it: it works, and there is room on the other side
         motion = await _slow(axis, s, machine, -way, ".other")
     if motion is None:
-        raise Skipped
+        raise SkippedByPerson
     _require_arrived(axis, s, machine, motion)
     error = await _measured(axis, s, machine, motion, FINE)
     if error is not None:
@@ -404,7 +410,7 @@ async def _home(s: Commissioning) -> None:
         machine = await s.machine()
         await machine.hold()
         text = phrase("The motors hold the lines now. Take the support of the gripper away.")
-        await s.ask(Question("home.free", Ask.FREE, text, DONE))
+        await s.ask(Question("home.free", QuestionKind.FREE, text, DONE))
     await s.disconnect()
     controller = GalilController(s.dial, s.address, s.waiting(s.config))
     try:

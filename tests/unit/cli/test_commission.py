@@ -20,7 +20,7 @@ from maya_un.cli.commission.people import TerminalPerson
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
 from maya_un.commission.progress import FILE
-from maya_un.commission.questions import Ask, PossibleAnswer, Question
+from maya_un.commission.questions import PossibleAnswer, Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import load
 from tests.conventions.source import ROOT
@@ -183,7 +183,7 @@ PLAIN = (PossibleAnswer("b+", "line b moved (longer)"), PossibleAnswer("b-", "li
 def test_a_person_at_the_terminal_answers_by_letter_or_number(
     choices: tuple[PossibleAnswer, ...], typed: str, answer: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    question = Question("direction.b.seen", Ask.SEEN, "What moved?", choices, 1)
+    question = Question("direction.b.seen", QuestionKind.SEEN, "What moved?", choices, 1)
     assert asked(question, typed, monkeypatch) == answer
 
 

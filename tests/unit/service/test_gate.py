@@ -34,7 +34,7 @@ NEEDS = {
 ELSE = {"change job": "operator"}
 """Those of two words."""
 
-DRIVES = {"command", "jog", "resume", "speed", "step", "recover", "restart", "zones", "terminal"}
+DRIVES = {"command", "jog", "resume", "speed", "step", "recover", "datum", "restart", "zones", "terminal"}
 """Operations that need the lease."""
 
 RANK = ["viewer", "student", "operator", "admin"]

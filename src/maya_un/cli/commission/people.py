@@ -12,7 +12,7 @@ from pathlib import Path
 from dmc41x3.i18n import Phrase, marked, phrase, translate, translate_phrase
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.commission.questions import QUIT, Ask, Person, PossibleAnswer, Question
+from maya_un.commission.questions import QUIT, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.config.files import text_of
 from maya_un.errors import FileUnreadable, InvalidValue
 
@@ -127,7 +127,7 @@ class ScriptedPerson:
     async def ask(self, question: Question) -> str:
         """Return the answer; raises `InvalidValue`."""
         own = await self._other.ask(question)
-        if self._ready and question.ask in {Ask.READY, Ask.CONFIRM}:
+        if self._ready and question.ask in {QuestionKind.READY, QuestionKind.CONFIRM}:
             return await self._shown.ask(question)
         answer = self._answers.get(question.key, own)
         if not valid(question, answer):

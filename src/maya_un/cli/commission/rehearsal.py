@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dmc41x3.i18n import Phrase
 from maya_un.assembly import Twin
-from maya_un.commission.questions import ALREADY, GO, NO, NOTHING, YES, Ask, Question
+from maya_un.commission.questions import ALREADY, GO, NO, NOTHING, YES, Question, QuestionKind
 from maya_un.machine.truth import Switch
 
 VISIBLE = 3e-4
 """A shorter motion is not seen [m]; of the boom, at its end."""
 
-_LOOKS = {Ask.SEEN, Ask.LENGTH, Ask.LAMP, Ask.GRIPPER}
+_LOOKS = {QuestionKind.SEEN, QuestionKind.LENGTH, QuestionKind.LAMP, QuestionKind.GRIPPER}
 
 
 class TwinPerson:
@@ -31,27 +31,27 @@ class TwinPerson:
     def _done(self, question: Question) -> str:
         """Do what is asked for."""
         match question.ask:
-            case Ask.READY:
+            case QuestionKind.READY:
                 self._before = self._twin.mechanics.true_joints()
-            case Ask.PRESS_SWITCH | Ask.RELEASE_SWITCH:
+            case QuestionKind.PRESS_SWITCH | QuestionKind.RELEASE_SWITCH:
                 return self._switch(question)
-            case Ask.PRESS_STOP | Ask.RELEASE_STOP:
-                self._twin.press_stop(pressed=question.ask is Ask.PRESS_STOP)
-            case Ask.SUPPORT | Ask.FREE:
-                self._twin.mechanics.support(question.ask is Ask.SUPPORT)
+            case QuestionKind.PRESS_STOP | QuestionKind.RELEASE_STOP:
+                self._twin.press_stop(pressed=question.ask is QuestionKind.PRESS_STOP)
+            case QuestionKind.SUPPORT | QuestionKind.FREE:
+                self._twin.mechanics.support(question.ask is QuestionKind.SUPPORT)
             case _:
                 return NO
         return GO
 
     def _found(self, question: Question) -> str:
         """Look at what is asked for."""
-        assert question.axis is not None or question.ask is Ask.GRIPPER
+        assert question.axis is not None or question.ask is QuestionKind.GRIPPER
         match question.ask:
-            case Ask.SEEN:
+            case QuestionKind.SEEN:
                 return self._seen()
-            case Ask.LENGTH:
+            case QuestionKind.LENGTH:
                 return f"{abs(self._ways()[question.axis or 0]) * 1e3:.1f}"
-            case Ask.LAMP:
+            case QuestionKind.LAMP:
                 return NO if "abc"[question.axis or 0] in self._twin.mechanics.truth.wiring.amplifier_off else YES
             case _:
                 return "closed" if self._twin.mechanics.record.gripper_closed else "open"
@@ -62,8 +62,8 @@ class TwinPerson:
         mechanics = self._twin.mechanics
         here, places = mechanics.true_joints()[question.axis], mechanics.truth.switches[question.axis]
         if here >= places[1] if side == "forward" else here <= places[0]:
-            return ALREADY if question.ask is Ask.PRESS_SWITCH else GO
-        mechanics.press(question.axis, side, down=question.ask is Ask.PRESS_SWITCH)
+            return ALREADY if question.ask is QuestionKind.PRESS_SWITCH else GO
+        mechanics.press(question.axis, side, down=question.ask is QuestionKind.PRESS_SWITCH)
         self._twin.controller.look()
         return GO
 

@@ -26,7 +26,7 @@ from maya_un.cli.configure import config_file, configuration, require_twin, trut
 from maya_un.cli.settings import OutputSettings
 from maya_un.commission.procedure import Commissioning
 from maya_un.commission.progress import FILE, CommissioningProgress, report
-from maya_un.commission.questions import NO, YES, Ask, Person, PossibleAnswer, Question
+from maya_un.commission.questions import NO, YES, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import Config
 from maya_un.config.state_folder import own_state_folder
@@ -104,7 +104,7 @@ async def _confirmed(person: Person, progress: CommissioningProgress, config: Co
         person.tell(phrase("{name}: {old} → {new}", name=one.name, old=one.before, new=one.after))
     text = phrase("Write these changes into {path}?", path=config_file(settings))
     choices = (PossibleAnswer(YES, phrase("y: yes")), PossibleAnswer(NO, phrase("n: no")))
-    return await person.ask(Question("configuration.write", Ask.CONFIRM, text, choices)) == YES
+    return await person.ask(Question("configuration.write", QuestionKind.CONFIRM, text, choices)) == YES
 
 
 def _nested(changes: Mapping[str, Any]) -> dict[str, Any]:
