@@ -40,7 +40,7 @@ from maya_un.process.queue.statements import require_choice
 from maya_un.process.queue.views import QueueViews
 from maya_un.process.spec.job import Job
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.statements import ELSE, THEN, Ask
+from maya_un.process.spec.statements import ELSE, THEN, AskOperator
 from maya_un.process.spec.stored import StoredJob, write_command
 from maya_un.process.spec.tasks import Recall, Task
 from maya_un.robot.plan_builder import Pose
@@ -363,7 +363,7 @@ def _passed_over(tasks: Sequence[Task], steps: tuple[StepRow, ...], first: int) 
     If it begins within a `then`, they include the `else`. Raises `InvalidValue` if a later step needs an answer that
     was not given.
     """
-    answers = {step.index: step.phase for step in steps if isinstance(tasks[step.index - 1].action, Ask)}
+    answers = {step.index: step.phase for step in steps if isinstance(tasks[step.index - 1].action, AskOperator)}
     left_out = set(range(1, first))
     for task in tasks[: first - 1]:
         if task.branches and first in task.branch(THEN):

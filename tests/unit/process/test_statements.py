@@ -17,7 +17,7 @@ from maya_un.process.outlook import require_channels
 from maya_un.process.spec.documents import write_yaml
 from maya_un.process.spec.job import IfElse, Job, Step, load_job
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.statements import LONGEST, STATEMENTS, Ask, SetOutput, Wait, WaitFor
+from maya_un.process.spec.statements import LONGEST, STATEMENTS, AskOperator, SetOutput, Wait, WaitFor
 from maya_un.process.spec.stored import expanded, write_job
 from maya_un.process.spec.tasks import Task, expand
 from maya_un.robot.primitives.pick import Pick
@@ -181,10 +181,10 @@ def test_wait_accepts_exactly_durations_up_to_a_day(value: Any) -> None:
         ({"wait": "1.5 min"}, Wait(seconds=90.0), "wait 90 s"),
         ({"wait": {"seconds": 3}}, Wait(seconds=3.0), "wait 3 s"),
         ({"set": {"output": "vacuum", "to": True}}, SetOutput(output="vacuum", to="on"), "set vacuum on"),
-        ({"ask": "Full?"}, Ask(question="Full?"), "ask Full?"),
+        ({"ask": "Full?"}, AskOperator(question="Full?"), "ask Full?"),
         (
             {"ask": {"question": "Full?", "choices": [True, False]}},
-            Ask(question="Full?", choices=("yes", "no")),
+            AskOperator(question="Full?", choices=("yes", "no")),
             "ask Full?",
         ),
         (

@@ -114,7 +114,12 @@ def answer(
         typer.Argument(metavar="[CHOICE]", help="one of the choices; without it the command asks, on a terminal"),
     ] = None,
 ) -> int:
-    """Answer the question of the running job. The answer cancel ends the job."""
+    """Answer the question of the running job.
+
+    The answer cancel ends the job.
+
+    Example: maya queue answer continue
+    """
     from maya_un.cli.queueing import queue
 
     return queue.answer(choice, settings_of(context))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 from maya_un.process.journal.protocol import JobRow, StepRow
-from maya_un.process.spec.statements import Ask
+from maya_un.process.spec.statements import AskOperator
 from maya_un.process.spec.tasks import Expansion, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.jobs import JobLine, JobReport, StepResult, TaskState, advance
@@ -214,7 +214,7 @@ class JobRecord:
         return {
             step.task.index: step.row.phase
             for step in self.steps
-            if isinstance(step.task.action, Ask) and step.row.phase and step.state.ended
+            if isinstance(step.task.action, AskOperator) and step.row.phase and step.state.ended
         }
 
     def turned(self) -> None:

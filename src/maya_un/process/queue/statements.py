@@ -13,7 +13,17 @@ from maya_un.controller.protocol import Controller
 from maya_un.errors import Cancelled, Faulted, InputTimeout, InvalidValue, NotConnected, Stopped
 from maya_un.events import InputAwaited, QuestionAsked
 from maya_un.process.queue.entries import OpenQuestion, QueueEntry
-from maya_un.process.spec.statements import CANCEL, ELSE, THEN, Ask, Condition, JobStatement, SetOutput, Wait, WaitFor
+from maya_un.process.spec.statements import (
+    CANCEL,
+    ELSE,
+    THEN,
+    AskOperator,
+    Condition,
+    JobStatement,
+    SetOutput,
+    Wait,
+    WaitFor,
+)
 from maya_un.process.spec.tasks import Task
 from maya_un.values import Mode, State
 
@@ -48,7 +58,7 @@ class StatementRunner:
                     await self._controller.output(number, on=statement.to == "on")
                 case WaitFor():
                     await self._input(item, task, statement)
-                case Ask():
+                case AskOperator():
                     return await self._answer(item, task, statement)
                 case Condition():
                     return THEN if await self._holds(task, statement, answers) else ELSE
@@ -77,7 +87,7 @@ class StatementRunner:
         number = condition.number(self._controller.config.controller, task.place)
         return await self._controller.input(number) is (condition.level == "on")
 
-    async def _answer(self, item: QueueEntry, task: Task, statement: Ask) -> str:
+    async def _answer(self, item: QueueEntry, task: Task, statement: AskOperator) -> str:
         loop = asyncio.get_running_loop()
         item.question = question = OpenQuestion(task.index, statement.question, statement.choices, loop.create_future())
         asked = QuestionAsked(item.number, task.index, statement.question, " / ".join(statement.choices))

@@ -23,7 +23,7 @@ from maya_un.process.queue.recovery import JobRecoverer
 from maya_un.process.queue.report import JobSnapshot, Slices, line_of, report_of
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler
-from maya_un.process.spec.statements import Ask
+from maya_un.process.spec.statements import AskOperator
 from maya_un.process.spec.stored import Body, as_written, version_of
 from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
@@ -339,7 +339,7 @@ class QueueViews:
         steps = [] if item is None or item.record is None else item.record.steps
         for step in steps:
             ask = step.task.action
-            if item is not None and step.state is TaskState.INTERRUPTED and isinstance(ask, Ask):
+            if item is not None and step.state is TaskState.INTERRUPTED and isinstance(ask, AskOperator):
                 return OperatorQuestion(
                     item.number, item.row.name, step.task.index, ask.question, ask.choices, open=False
                 )

@@ -256,7 +256,7 @@ class WaitFor(JobStatement):
         return _number(self.input, config.input_names, f"{key}.input", "controller.input_names")
 
 
-class Ask(JobStatement):
+class AskOperator(JobStatement):
     """Ask the operator, and wait for an answer; the answer `cancel` ends the job."""
 
     command = "ask"
@@ -276,7 +276,7 @@ class Ask(JobStatement):
         return f"ask {self.question}"
 
     @model_validator(mode="after")
-    def _different(self) -> Ask:
+    def _different(self) -> AskOperator:
         if len(set(self.choices)) < len(self.choices):
             raise ValueError(phrase("an answer is named twice"))
         return self
@@ -329,7 +329,7 @@ class Condition(JobStatement):
         return self
 
 
-STATEMENTS: dict[str, type[JobStatement]] = {one.command: one for one in (Wait, SetOutput, WaitFor, Ask)}
+STATEMENTS: dict[str, type[JobStatement]] = {one.command: one for one in (Wait, SetOutput, WaitFor, AskOperator)}
 """The statements by their keys."""
 
 

@@ -33,7 +33,7 @@ from maya_un.process.spec.job import (
 )
 from maya_un.process.spec.pallet import EACH, NEXT, Cell, CellReference, Pallet, cell_text, chosen_cells, read_reference
 from maya_un.process.spec.poses import TaughtPlaces
-from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, Ask, Condition, JobStatement
+from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, AskOperator, Condition, JobStatement
 from maya_un.robot.primitives import PRIMITIVES, Primitive
 from maya_un.robot.primitives.primitive import JointTarget, PartEffect, Switch, Target
 from maya_un.values import Joints, Point
@@ -486,7 +486,7 @@ class _PartTracker:
         if len(self.tasks) == MOST_TASKS:
             raise InvalidJob(key="job", reason=TOO_MANY)
         self.tasks.append(task)
-        if isinstance(task.action, Ask):
+        if isinstance(task.action, AskOperator):
             self._asked = task
 
     def _branch(self, step: IfElse, key: str, loop: PalletLoop | None) -> None:
@@ -508,7 +508,7 @@ class _PartTracker:
         if condition.answer is None:
             return task
         asked = self._asked
-        if asked is None or not isinstance(asked.action, Ask):
+        if asked is None or not isinstance(asked.action, AskOperator):
             raise InvalidJob(key=task.place, reason="no step before it asks a question")
         if condition.answer not in asked.action.choices:
             choices = ", ".join(asked.action.choices)

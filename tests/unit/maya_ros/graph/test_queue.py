@@ -45,7 +45,7 @@ PRIMITIVES = st.one_of(
 
 @given(st.lists(PRIMITIVES, min_size=1, max_size=8))
 def test_job_of_primitives_is_converted_to_these_primitives(primitives: list[Primitive]) -> None:
-    assert [task.primitive for task in expand(job_of(primitives), 0.4).tasks] == primitives
+    assert [task.action for task in expand(job_of(primitives), 0.4).tasks] == primitives
 
 
 def test_query_is_not_a_job() -> None:
