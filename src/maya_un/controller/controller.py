@@ -233,11 +233,10 @@ class GalilController:
             monitor.publish()
 
     async def home(self) -> None:
-        """Find the switches, define the counts, measure the strokes (`controller.homing`).
+        """Find the switches, define the counts, measure the strokes (`controller.homing`), or go to the homed pose.
 
-        A machine that needs a person for that moves to its homed pose instead, once its datum is given. Raises the
-        errors of every motion, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`,
-        `DatumNeeded`.
+        A machine that needs a person for that only goes there, once its datum is given. Raises the errors of a motion,
+        and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, `DatumNeeded`.
         """
         monitor = self._monitor
         if self.config.person_needed:
@@ -249,17 +248,15 @@ class GalilController:
         async with self._motion("home", homed=False) as (command, driver):
             await self._execution.allowed(command)
             await self._at_rest_and_owned(driver)
-            monitor.homed = False
-            monitor.displaced = None
+            monitor.homed, monitor.displaced = False, None
             await erase(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
             self.events.emit(HomingBegun())
             seeker = self._seeker(command, driver)
             found = await HomingRun(seeker, driver, self.config, self.units, monitor.enter_phase).run()
-            ends = (found.b_end, found.c_end)
-            await leave(driver, ends, self.units)
-            monitor.set_homed(ends)
+            await leave(driver, found, self.units)
+            monitor.set_homed(found)
             monitor.seeking, monitor.phase = False, None
             await monitor.look()
             monitor.hold(driver)
@@ -272,10 +269,9 @@ class GalilController:
         return self._monitor.given if self._monitor.homed else None
 
     async def give_datum(self, joints: Joints, *, by: str, confirmed: bool = False) -> None:
-        """Believe `by`, a person, that the robot stands at `joints` (rad, m, m). Nothing moves.
+        """Believe `by`, a person, that the robot stands at `joints` (rad, m, m), within the bounds of `datum`.
 
-        Until a second point confirms it, motion is slow and bounded (`controller.datum`). Raises `Unreachable` for
-        joints outside of these bounds, `Busy`, `NotConnected`, `Faulted`, and ownership and configuration errors.
+        Nothing moves. Raises `Unreachable`, `Busy`, `NotConnected`, `Faulted`, ownership and configuration errors.
         """
         monitor = self._monitor
         with monitor.slot.take("datum"):
@@ -287,10 +283,9 @@ class GalilController:
             monitor.publish()
 
     async def confirm_datum(self, joints: Joints, *, by: str) -> None:
-        """Compare the present position with what `by`, a person, states (rad, m, m). Nothing moves.
+        """Compare the present position with what `by`, a person, states (rad, m, m), within `datum.TOLERANCE`.
 
-        If they agree within `datum.TOLERANCE`, all motion is allowed again. Raises `DatumRefused` without a datum to
-        confirm or too near to its pose, and `DatumContradicted`, after which the robot is not homed.
+        Nothing moves. Raises `DatumRefused`, and `DatumContradicted`, after which the robot is not homed.
         """
         monitor = self._monitor
         with monitor.slot.take("datum"):
@@ -303,8 +298,7 @@ class GalilController:
     async def guarded_move(self, axis: str, distance: float) -> Jogged:
         """Move one axis of a robot that is not homed by at most `datum.NUDGE`, slowly; return the distance moved.
 
-        It ends early at a switch, or when the line carries twice the load. Raises `InvalidValue` for a longer distance,
-        `DatumRefused` for a homed robot, `HomingStalled` if the axis does not follow, and the errors of a motion.
+        Raises `InvalidValue`, `DatumRefused`, `HomingStalled` if the axis does not follow, and the errors of a motion.
         """
         number, monitor = datum.require_nudge(axis, distance), self._monitor
         async with self._motion("guarded move", homed=False) as (command, driver):
@@ -323,7 +317,7 @@ class GalilController:
         return Jogged(axis, gone, "tension" if reason else "", reason)
 
     def _seeker(self, command: RunningCommand, driver: Driver) -> Seeker:
-        """Return what moves axes whose position is not known, and expect such motion."""
+        """Return what moves axes at unknown positions, and expect such motion."""
         self._monitor.seeking = True
         self._monitor.reckoning.forget()
         return Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)

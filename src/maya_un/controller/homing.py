@@ -21,8 +21,8 @@ following, the long ends. So the sequence relies on switches, following error an
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import hypot, sqrt
+from typing import NamedTuple
 
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
@@ -60,8 +60,7 @@ MARGIN_COUNTS = (2, 5, 5)
 """Offset of the datum to the safe side [counts], so that the end of the stroke lies short of the switch."""
 
 
-@dataclass(frozen=True, slots=True)
-class HomingResult:
+class HomingResult(NamedTuple):
     """The result of a homing: the long ends of the two lines [m]."""
 
     b_end: float
