@@ -70,7 +70,6 @@ class FakeController:
         self.calls: list[tuple[str, object]] = []
         self.fail_at: dict[int, MayaError] = {}
         self.inputs = [True] * 8
-        self.datum: GivenDatum | None = None
         self.previews = 0
         self.stops = 0
         self._planner = Planner(self.config, self.mechanism)
@@ -145,18 +144,6 @@ class FakeController:
         await self._take("home", None, HOMING_TIME)
         self.state = state_of(self._exact(homed_pose(self.config)), closed=self.state.gripper_closed)
         self.events.emit(HomingDone())
-
-    async def give_datum(self, joints: Joints, *, by: str) -> None:
-        """Raise `NotOverRos`: another node has the controller."""
-        raise NotOverRos(request="datum")
-
-    async def confirm_datum(self, joints: Joints, *, by: str) -> None:
-        """Raise `NotOverRos`: another node has the controller."""
-        raise NotOverRos(request="datum")
-
-    async def guarded_move(self, axis: str, distance: float) -> Jogged:
-        """Raise `NotOverRos`: another node has the controller."""
-        raise NotOverRos(request="guarded move")
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Take the move's time and stand at its end."""
