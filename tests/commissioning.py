@@ -25,7 +25,7 @@ ROUNDING = 1e-5
 
 @dataclass(slots=True)
 class Announced:
-    """What was announced last: the key of the question, the place of the axes then, and the bounds."""
+    """The last announcement: the key of the question, the place of the axes then, and the bounds."""
 
     key: str
     mark: int

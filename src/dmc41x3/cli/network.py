@@ -41,7 +41,7 @@ _IDENTITY = re.compile(rb"(DMC\w+ Rev [^\r\n]+)\r\n")
 _LONGEST_ANSWER = 512
 
 
-class Found(NamedTuple):
+class FoundController(NamedTuple):
     """A controller that answered: its address, its firmware line, and its hardware address if that is known."""
 
     address: str
@@ -117,14 +117,14 @@ def interfaces() -> Iterator[IPv4Interface]:
                 yield found
 
 
-async def _ask_all(hosts: list[str], port: int, count: Callable[[], None]) -> list[Found]:
+async def _ask_all(hosts: list[str], port: int, count: Callable[[], None]) -> list[FoundController]:
     limit = asyncio.Semaphore(AT_ONCE)
 
-    async def ask(host: str) -> Found | None:
+    async def ask(host: str) -> FoundController | None:
         async with limit:
             firmware = await identified(host, port)
             count()
-        return None if firmware is None else Found(str(NetworkAddress(host, port)), firmware, _hardware(host))
+        return None if firmware is None else FoundController(str(NetworkAddress(host, port)), firmware, _hardware(host))
 
     return [one for one in await asyncio.gather(*map(ask, hosts)) if one is not None]
 
@@ -212,7 +212,9 @@ class _Counter:
             print(file=sys.stderr)
 
 
-def _listing(found: list[Found], ports: list[FoundPort], asked: list[IPv4Network], language: str) -> Iterator[str]:
+def _listing(
+    found: list[FoundController], ports: list[FoundPort], asked: list[IPv4Network], language: str
+) -> Iterator[str]:
     for one in found:
         yield "  ".join(filter(None, (one.address, one.firmware, one.mac)))
     if not found:

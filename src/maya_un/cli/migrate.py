@@ -19,7 +19,7 @@ GROUP = "maya_un.tools"
 """The group of entry points with tools that other packages add to `maya`."""
 
 
-class Found(Protocol):
+class MigrationFinding(Protocol):
     """A finding: a line (from 1), what stands there, the key and kind of its rule, and two sentences."""
 
     @property
@@ -65,7 +65,7 @@ class CheckReport(Protocol):
     """The findings by file, the files that were not read, and the number of those that were."""
 
     @property
-    def findings(self) -> Sequence[tuple[str, Found]]:
+    def findings(self) -> Sequence[tuple[str, MigrationFinding]]:
         """The findings, each with the path of its file."""
         ...
 
@@ -146,7 +146,7 @@ def as_data(report: CheckReport, language: str) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _finding(file: str, one: Found, language: str) -> Mapping[str, object]:
+def _finding(file: str, one: MigrationFinding, language: str) -> Mapping[str, object]:
     why, instead = one.sentences(language)
     return {
         "file": file, "line": one.line, "kind": str(one.kind), "rule": one.key, "found": one.found, "why": why,

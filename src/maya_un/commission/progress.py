@@ -63,7 +63,7 @@ class CommissioningProgress:
                 found.changes = dict(value["changes"])
                 found.results = {key: _result(one) for key, one in value["steps"].items()}
         except (ValueError, KeyError, TypeError, AttributeError):
-            return cls(address, path)  # no file, or one that this version does not know: begin anew
+            return cls(address, path)  # no file, or one that this version does not know: begin again
         return found
 
     def done(self, key: str) -> bool:

@@ -22,7 +22,7 @@ ALREADY = "already"
 
 
 class QuestionKind(StrEnum):
-    """What a question asks for."""
+    """The kinds of questions."""
 
     READY = "ready"
     PRESS_SWITCH = "press_switch"

@@ -238,7 +238,7 @@ async def _first_motion(axis: int, s: Commissioning, machine: GuardedMachine, wa
 
 
 def _tells_torque(axis: int, way: float) -> bool:
-    """Return whether a motion needs friction only: a line becomes longer. What a shorter one needs is not known."""
+    """Return whether a motion needs friction only: a line becomes longer. The torque for a shorter one is unknown."""
     return axis > 0 and way > 0.0
 
 

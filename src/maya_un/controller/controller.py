@@ -283,10 +283,7 @@ class GalilController:
             monitor.publish()
 
     async def confirm_datum(self, joints: Joints, *, by: str) -> None:
-        """Compare the present position with what `by`, a person, states (rad, m, m), within `datum.TOLERANCE`.
-
-        Nothing moves. Raises `DatumRefused`, and `DatumContradicted`, after which the robot is not homed.
-        """
+        """Compare the position with what `by`, a person, states (rad, m, m); raises as `Controller.confirm_datum`."""
         monitor = self._monitor
         with monitor.slot.take("datum"):
             driver = monitor.ready(homed=True)

@@ -1,4 +1,4 @@
-"""Who answers the questions of a commissioning: a person at the terminal, or a file of answers."""
+"""People who answer the questions of a commissioning: a person at the terminal, or a file of answers."""
 
 from __future__ import annotations
 
