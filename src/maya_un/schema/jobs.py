@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from maya_un.values import Joints, Point, State
+from maya_un.values import Joints, Notice, Point, State
 
 
 class TaskState(StrEnum):
@@ -89,7 +89,8 @@ class JobLine:
     rounds. `predicted` and `duration` are the predicted and actual duration [s, the robot's time], the first at full
     speed and without homings. `eta` is the time until the end at the present speed [s, the robot's time], None if it is
     unknown or the queue is paused. Dates are ISO 8601 in UTC, "" for none. A `direct` job starts at once, even if the
-    queue is paused.
+    queue is paused. `obstacle` is the error with which a waiting job would fail as things are: after the jobs before
+    it, or in the present state of the robot.
     """
 
     id: int
@@ -117,6 +118,7 @@ class JobLine:
     retries: int
     stepwise: bool
     direct: bool = False
+    obstacle: Notice | None = None
 
 
 @dataclass(frozen=True, slots=True)

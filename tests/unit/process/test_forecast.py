@@ -6,6 +6,7 @@ import asyncio
 
 import pytest
 
+from maya_un.errors import GripperNotEmpty
 from maya_un.events import HomingBegun, HomingDone
 from maya_un.schema.jobs import JobLine
 from tests.queues import Machine, QueueBench, job, submit_request
@@ -166,3 +167,30 @@ async def with_homing(layer: QueueBench) -> float:
     await layer.process.cancel(number)
     assert view.running is not None
     return etas[number] - (view.running.eta or 0.0)
+
+
+async def test_waiting_job_shows_the_error_with_which_it_would_fail_as_things_are() -> None:
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
+        await layer.process.submit(job({"pick": "cube"}, {"place": "tray"}))
+        (line,) = await waiting(layer)
+        assert (line.obstacle, line.predicted is None) == (None, False)
+        await layer.controller.gripper(open_=False)
+        (line,) = await waiting(layer)
+        assert line.obstacle is not None
+        assert line.obstacle.code == GripperNotEmpty.code
+        assert line.predicted is None
+        await layer.controller.gripper(open_=True)
+        (line,) = await waiting(layer)
+        assert line.obstacle is None
+
+
+async def test_job_behind_one_that_closes_the_gripper_shows_it() -> None:
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("ana", now=False)
+        for one in (job({"pick": "cube"}), job({"pick": "cube"})):
+            await layer.process.submit(one)
+        first, second = await waiting(layer)
+        assert first.obstacle is None
+        assert second.obstacle is not None
+        assert second.obstacle.code == GripperNotEmpty.code

@@ -474,6 +474,7 @@ export interface JobLine {
   retries: number;
   stepwise: boolean;
   direct: boolean;
+  obstacle: Notice | null;
 }
 
 export interface JobMistake {

@@ -140,6 +140,7 @@ export const QUEUE = words({
   previewTotal: ["Takes {time}, without homing.", "Tarda {time}, sin contar el referenciado."],
   notExpected: ["Not expected: the present inputs, or the first answers, lead to the other branch.", "No se espera: las entradas actuales, o las primeras respuestas, llevan a la otra rama."],
   previewStale: ["The job has changed since this preview.", "El trabajo ha cambiado desde esta previsualización."],
+  obstacle: ["As things are, it would fail: {message}", "Tal como está todo, fallaría: {message}"],
   refusedAt: ["Step {index} ({step}) cannot be done: {message}", "El paso {index} ({step}) no se puede hacer: {message}"],
   add: ["Add to the queue", "Añadir a la cola"],
   propose: ["Propose the job", "Proponer el trabajo"],

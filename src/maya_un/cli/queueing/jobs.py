@@ -16,10 +16,10 @@ from maya_un.cli import output
 from maya_un.cli.client import ServiceClient, called
 from maya_un.cli.progress import chosen
 from maya_un.cli.queueing import text
-from maya_un.cli.queueing.text import clock_text
+from maya_un.cli.queueing.text import clock_text, obstacle
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.waiting import follow, reason
+from maya_un.cli.waiting import PATIENCE, follow, reason
 from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
 from maya_un.process.spec.documents import located
@@ -35,6 +35,9 @@ _OPTIONS = {
     "retries": "--retries",
 }
 """Names of the options of a job on the command line."""
+
+_LOOKS = 5
+"""After so many looks, `PATIENCE` apart, the check of a waiting job is not awaited any longer."""
 
 _ACCEPTED = marked("Job {id}, {name}: {steps} steps.")
 
@@ -77,10 +80,25 @@ def _accepted(client: ServiceClient, accepted: dict[str, Any], settings: OutputS
     text = translate(_ACCEPTED, settings.language, **accepted)
     if settings.json:
         return text
-    waiting = client.ask(requests.queue())["waiting"]
-    line = next((line for line in waiting if line["id"] == accepted["id"]), None)
-    why = "" if line is None else reason(client, line, settings.language)
-    return f"{text}\n{why}" if why else text
+    line = _predicted(client, accepted["id"])
+    if line is None:
+        return text
+    why = reason(client, line, settings.language)
+    stands = obstacle(line, settings.language) if line.get("obstacle") else ""
+    return "\n".join(filter(None, (text, why, stands)))
+
+
+def _predicted(client: ServiceClient, job: int) -> dict[str, Any] | None:
+    """Return the line of a waiting job once its steps are checked, or after a second; None if it does not wait."""
+    line: dict[str, Any] | None = None
+    for _ in range(_LOOKS):
+        last = client.ask(requests.status())["last_event"]
+        waiting = client.ask(requests.queue())["waiting"]
+        line = next((line for line in waiting if line["id"] == job), None)
+        if line is None or line["state"] != "queued" or line["predicted"] is not None or line.get("obstacle"):
+            break
+        client.ask(requests.events(since=last, wait=PATIENCE))
+    return line
 
 
 def show(job: int, settings: OutputSettings) -> int:

@@ -10,6 +10,7 @@ from typing import Any
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
 from maya_un.cli.waiting import because
+from maya_un.errors import translated
 
 _DAY = 86_400.0
 
@@ -90,6 +91,9 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
         yield translate("{count} more are waiting.", language, count=more)
     if shown == 0 and more <= 0:
         yield translate("No job is waiting.", language)
+    for job in view["waiting"]:
+        if job.get("obstacle"):
+            yield obstacle(job, language)
     if view["finish_at"]:
         held = view["counts"].get("held", 0) > 0
         clock = clock_text(view["finish_at"])
@@ -100,6 +104,14 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
             language,
             clock=clock,
         )
+
+
+def obstacle(job: Line, language: str) -> str:
+    """Return why a waiting job would fail as things are."""
+    error = job["obstacle"]
+    message = translated(error["code"], error["message"], language)
+    text = marked("As things are, job {id} would fail with error {code}: {message}")
+    return translate(text, language, id=job["id"], code=error["code"], message=message)
 
 
 _MODES = {

@@ -293,6 +293,7 @@ def line_of(
     done: int | None = None,
     predicted: float | None = None,
     direct: bool = False,
+    obstacle: Notice | None = None,
 ) -> JobLine:
     """Return a job's line; `done` and `predicted` replace values that the row lacks or has outdated."""
     options = row.options
@@ -322,4 +323,5 @@ def line_of(
         retries=options.retries,
         stepwise=options.stepwise,
         direct=direct,
+        obstacle=obstacle,
     )

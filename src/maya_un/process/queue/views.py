@@ -14,7 +14,17 @@ from typing import NamedTuple
 
 from maya_un.config import Config, Units
 from maya_un.errors import MayaError, NotFound
-from maya_un.events import Event, EventLog, HomingBegun, HomingDone, SpeedChanged
+from maya_un.events import (
+    DatumGiven,
+    Event,
+    EventLog,
+    GripperClosed,
+    GripperOpened,
+    HomingBegun,
+    HomingDone,
+    HomingNeeded,
+    SpeedChanged,
+)
 from maya_un.process.computation import REPORT, JobComputer
 from maya_un.process.journal.protocol import Filter, JobRow, Journal, StepRow
 from maya_un.process.outlook import JobOutlook
@@ -29,6 +39,8 @@ from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
 from maya_un.schema.jobs import JobLine, JobReport, OperatorQuestion, QueueMode, QueueView, TaskState
+from maya_un.schema.previews import JobPreview
+from maya_un.values import Notice
 
 _STROKES = 2.0
 """Number of times that each line passes its stroke, with the ways between the switches and the slow approaches."""
@@ -61,6 +73,9 @@ AHEAD = 50
 """Number of waiting jobs that are predicted."""
 
 _WHOSE = "forecast"
+
+_STARTS = (HomingDone, HomingNeeded, DatumGiven, GripperOpened, GripperClosed)
+"""Events that change whether a job can begin."""
 
 
 class Etas(NamedTuple):
@@ -113,13 +128,25 @@ class Forecast:
 
     def predicted(self, item: QueueEntry) -> float | None:
         """Return how long a job will take [s], without homings; None if it is not computed, or would be refused."""
+        preview = self._preview(item)
+        return None if preview is None or preview.refusal is not None else preview.duration
+
+    def obstacle(self, item: QueueEntry) -> Notice | None:
+        """Return the error with which a waiting job would fail as things are, None without one or if unknown."""
+        preview = None if item is self._under_way() else self._preview(item)
+        return None if preview is None or preview.refusal is None else preview.refusal.notice
+
+    def _preview(self, item: QueueEntry) -> JobPreview | None:
         known = self._known.get(item.number)
-        if known is None or known.body is not item.row.body or known.course.preview.refusal is not None:
-            return None
-        return known.course.preview.duration
+        return None if known is None or known.body is not item.row.body else known.course.preview
 
     def hear(self, event: Event) -> None:
-        """After a change of the speed override, count the motion under way as if it had always had the new one."""
+        """After a change of the speed override, count the motion under way as if it had always had the new one.
+
+        A job may begin in one state of the robot only, so compute again what waits when that state has changed.
+        """
+        if isinstance(event, _STARTS) and self._under_way() is None:
+            self.renew()
         if not isinstance(event, SpeedChanged):
             return
         running = self._under_way()
@@ -398,4 +425,5 @@ class QueueViews:
             eta=etas.get(item.number),
             predicted=None if item.row.state.ended else self._forecast.predicted(item),
             direct=item.direct,
+            obstacle=None if item.row.state.ended else self._forecast.obstacle(item),
         )
