@@ -96,6 +96,7 @@ def test_perspective_shows_the_dashboard_beside_rviz_and_is_kept(
         again.wait("mode", "Listo")
         assert again.ask("docks") == shown
         assert _cut(again) == []
+        assert again.ask("beyond") == 0
     said = log.read_text(encoding="utf-8")
     assert "could not load plugin" not in said
     assert "Traceback" not in said

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from python_qt_binding import loadUi
-from python_qt_binding.QtCore import QDir, QObject, QPoint, QSize, Qt, QTimer, Signal
+from python_qt_binding.QtCore import QDir, QEvent, QObject, QPoint, QSize, Qt, QTimer, Signal
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QShortcut, QWidget
 
@@ -76,6 +76,8 @@ class Dashboard(QWidget):
         self.list = QueuePanel(self._context)
         self._tasks = TaskPanel(self._context, self.list.add)
         self._events = EventPanel(self._context)
+        self._content: Any = self.scroll_area.widget()
+        self._content.installEventFilter(self)
         self._stop_by_key()
         self._offer_languages()
         self.speak(language)
@@ -107,6 +109,7 @@ class Dashboard(QWidget):
             panel.reword()
         self._wide = 0
         self._refresh()
+        self._fold()
 
     def sizeHint(self) -> Any:  # noqa: N802 - Qt's name
         """Return the size at which everything is visible."""
@@ -146,6 +149,12 @@ class Dashboard(QWidget):
         """Put the columns side by side if they fit, else below each other."""
         super().resizeEvent(event)
         self._fold()
+
+    def eventFilter(self, watched: Any, event: Any) -> bool:  # noqa: N802 - Qt's name
+        """Fold the columns when what they need has changed: another text, or the style, which Qt applies late."""
+        if watched is self._content and event.type() == QEvent.LayoutRequest:
+            self._fold()
+        return bool(super().eventFilter(watched, event))
 
     def _fold(self) -> None:
         """Fold or unfold the columns.
@@ -230,4 +239,3 @@ class Dashboard(QWidget):
     def _refresh(self) -> None:
         for panel in (self._state, self._teleop, self._tasks, self.list):
             panel.refresh()
-        self._fold()

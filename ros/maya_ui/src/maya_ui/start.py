@@ -23,6 +23,9 @@ LOOK = 0.5
 RVIZ = "rqt_rviz/RViz"
 """The name of rviz among rqt's plugins."""
 
+FARTHER = 1.4
+"""How much farther away rviz looks beside the dashboard, so that the whole boom is in view."""
+
 NO_DISPLAY = "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
 
 
@@ -66,20 +69,21 @@ def perspective_here() -> Path:
     if os.environ.get("ROS_NAMESPACE", "").strip("/"):
         installed.pop(RVIZ, None)
     running["repr"] = repr(installed)
-    keys = manager["groups"]["plugin__rqt_rviz__RViz__1"]["groups"]["plugin"]["keys"]
-    shown = _without_panels(Path(packages.get_path("maya_controller"), "rviz", "urdf.rviz"), folder)
-    keys["rviz_config_file"] = {"type": "repr", "repr": repr(str(shown))}
+    shown = _narrowed(Path(packages.get_path("maya_controller"), "rviz", "urdf.rviz"), folder)
+    keys = {"rviz_config_file": {"type": "repr", "repr": repr(str(shown))}}
+    manager["groups"]["plugin__rqt_rviz__RViz__1"] = {"groups": {"plugin": {"keys": keys}}}
     here = folder / perspective().name
     here.write_text(json.dumps(kept, indent=2), encoding="utf-8")
     return here
 
 
-def _without_panels(settings: Path, folder: Path) -> Path:
-    """Write settings of rviz into a folder, without the list of displays: beside the dashboard is no room for it."""
+def _narrowed(settings: Path, folder: Path) -> Path:
+    """Write settings of rviz for the room beside the dashboard into a folder: no panels, and a more distant view."""
     import yaml  # noqa: PLC0415
 
     shown = yaml.safe_load(settings.read_text(encoding="utf-8"))
     shown["Panels"] = []  # to hide them is not enough: rviz in rqt shows them again
+    shown["Visualization Manager"]["Views"]["Current"]["Distance"] *= FARTHER
     beside = folder / settings.name
     beside.write_text(yaml.safe_dump(shown, sort_keys=False), encoding="utf-8")
     return beside
