@@ -127,7 +127,7 @@ browser_can_be() {
 }
 
 knows_browser() {
-    apt-cache show $browser 2>/dev/null | grep -q '^Version:'
+    apt_knows $browser
 }
 
 # provide_broker: mosquitto, which the tests run themselves. Its package would start it as a service of this machine;
@@ -266,4 +266,45 @@ provide_ros() {
     $pip install --require-hashes --only-binary :all: -r "$root/requirements.lock"
     $pip install --no-deps --no-build-isolation -e "$root"
     origin "$venv_ros" "$root/pyproject.toml" "$root/requirements.lock" >"$venv_ros/stamp"
+}
+
+# offer_rqt: ask at a terminal whether to install rqt with the plugins of the dashboard's perspective; elsewhere, and
+# where no package has it, say so. Its packages, which no Debian or Ubuntu has of its own, are called as ROS calls them.
+offer_rqt() {
+    ! command -v rqt >/dev/null 2>&1 || return 0
+    find_rqt
+    if [ -z "$rqt_packages" ]; then
+        say "No package has rqt here, so the dashboard opens in its own window;" \
+            "how to build rqt: docs/how-to/use-the-dashboard-in-rqt.md"
+        return
+    fi
+    if [ -t 0 ] && [ -t 2 ]; then
+        printf 'Install rqt too (%s)? [y/N] ' "$rqt_packages" >&2
+        read -r said || said=
+        case $said in
+        [yY]*)
+            # shellcheck disable=SC2086  # a list of words
+            install_packages $rqt_packages
+            return
+            ;;
+        esac
+    fi
+    say "rqt is not installed. To install it: apt-get install $rqt_packages"
+}
+
+# find_rqt: rqt_packages are the packages of rqt and of the perspective's plugins that apt-get knows, or nothing.
+find_rqt() {
+    rqt_packages=
+    command -v apt-cache >/dev/null 2>&1 || return 0
+    for rqt in rqt ros-noetic-rqt; do
+        apt_knows "$rqt" || continue
+        for package in "$rqt" "$rqt-rviz" "$rqt-topic"; do
+            ! apt_knows "$package" || rqt_packages="${rqt_packages:+$rqt_packages }$package"
+        done
+        return 0
+    done
+}
+
+apt_knows() {
+    apt-cache show "$1" 2>/dev/null | grep -q '^Version:'
 }

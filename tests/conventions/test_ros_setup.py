@@ -83,3 +83,34 @@ def test_a_bare_system_learns_of_it_by_the_update(system: Path, tmp_path: Path) 
     program(system, "apt-get", f": >{tmp_path}/updated")
     program(system, "apt-cache", f"[ -f {tmp_path}/updated ]")
     assert answer_for(system) == "yes"
+
+
+def offered(system: Path) -> str:
+    """Return what scripts/ros says of rqt, not at a terminal."""
+    done = subprocess.run(
+        ["/bin/sh", "-euc", 'root=$0; . "$0/scripts/setup.sh"; offer_rqt', ROOT],
+        env={"PATH": str(system)}, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return done.stderr.strip()
+
+
+def test_packages_of_rqt_are_offered_where_apt_knows_them(system: Path) -> None:
+    known = "ros-noetic-rqt | ros-noetic-rqt-rviz | ros-noetic-rqt-topic"
+    program(system, "apt-cache", f"case $2 in {known}) echo Version: 0.5.5 ;; *) exit 100 ;; esac")
+    command = "apt-get install ros-noetic-rqt ros-noetic-rqt-rviz ros-noetic-rqt-topic"
+    assert offered(system) == f"rqt is not installed. To install it: {command}"
+
+
+@pytest.mark.parametrize("apt", [True, False])
+def test_a_system_without_packages_of_rqt_says_how_to_build_it(system: Path, *, apt: bool) -> None:
+    if apt:
+        program(system, "apt-cache", KNOWS_NOT)
+    (said,) = offered(system).splitlines()
+    assert "opens in its own window" in said
+    assert said.endswith("how to build rqt: docs/how-to/use-the-dashboard-in-rqt.md")
+
+
+def test_installed_rqt_is_not_offered(system: Path) -> None:
+    program(system, "rqt", "exit 9")
+    program(system, "apt-cache", "echo Version: 0.5.5")
+    assert offered(system) == ""

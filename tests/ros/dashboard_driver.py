@@ -220,6 +220,10 @@ class Driver(QObject):
         at = self._part(name).mapTo(self._dashboard, QPoint(0, 0))
         return [at.x(), at.y()]
 
+    def do_beyond(self) -> Any:
+        """Return how much of the columns is out of view to the side [pixels]."""
+        return self._dashboard.scroll_area.horizontalScrollBar().maximum()
+
     def do_hint(self) -> Any:
         return [self._dashboard.sizeHint().width(), self._dashboard.sizeHint().height()]
 

@@ -1,4 +1,4 @@
-"""The dashboard in a process of its own, driven by lines of JSON (`dashboard_driver`)."""
+"""The dashboard in a process of its own, driven by lines of JSON (`dashboard_driver`, in rqt `rqt_driver`)."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from types import TracebackType
 from typing import Any
 
 DRIVER = Path(__file__).with_name("dashboard_driver.py")
+RQT_DRIVER = Path(__file__).with_name("rqt_driver.py")
 
 
 class Screen:
     """A dashboard that is looked at and touched; every method returns when it has happened."""
 
-    def __init__(self, python: Path, env: Mapping[str, str], log: Path, *arguments: str) -> None:
-        self._log = log.open("wb")
+    def __init__(self, python: Path, env: Mapping[str, str], log: Path, *arguments: str, driver: Path = DRIVER) -> None:
+        self._log = log.open("ab")
         self._process = subprocess.Popen(
-            [python, DRIVER, *arguments],
+            [python, driver, *arguments],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,

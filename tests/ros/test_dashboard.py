@@ -324,9 +324,22 @@ def test_narrow_window_stacks_the_columns(screen: Screen) -> None:
     assert screen.ask("size", width=1240, height=860) == screen.ask("hint")
 
 
+@pytest.mark.parametrize("width", range(800, 1100, 20))
+def test_columns_are_never_cut_when_their_texts_become_longer(screen: Screen, width: int) -> None:
+    screen.ask("speak", language="en")
+    stand(screen, "not_homed", homed=False)
+    screen.ask("size", width=width, height=700)
+    stand(screen, "idle")
+    screen.tell("Position", x=-1410.0, y=-1130.0, z=750.0)
+    screen.tell("Under", command="task", phase="approach", share=0.4)
+    assert screen.ask("beyond") == 0
+    screen.tell("Ended", command="task", done=True)
+    screen.ask("size", width=1240, height=860)
+
+
 @pytest.mark.parametrize("language", ["en", "es"])
-def test_dashboard_next_to_the_tools_of_the_perspective_fits_1366_pixels(screen: Screen, language: str) -> None:
-    """The console and the node graph need 599 pixels of 1366, and the bar between them and the dashboard 6."""
+def test_dashboard_beside_rviz_fits_1366_pixels(screen: Screen, language: str) -> None:
+    """rviz gets 599 pixels of 1366, and the bar between it and the dashboard 6."""
     screen.ask("speak", language=language)
     screen.tell("Queue", mode="paused", reason="restart", job="3 (parts)", step="pick", choices=[["abort", ""]])
     for narrower in (950, 850, 761):
@@ -365,7 +378,7 @@ def test_the_perspective_names_plugins_that_there_are_and_fits_a_screen() -> Non
     """The names are those that rqt's own packages export; geometry is a QByteArray of QWidget.saveGeometry."""
     groups = json.loads((UI / "rqt_config" / "maya_tools.perspective").read_text(encoding="utf-8"))["groups"]
     running = ast.literal_eval(groups["pluginmanager"]["keys"]["running-plugins"]["repr"])
-    assert set(running) == {"maya_ui/Maya", "rqt_console/Console", "rqt_topic/TopicPlugin", "rqt_graph/RosGraph"}
+    assert set(running) == {"maya_ui/Maya", "rqt_rviz/RViz", "rqt_topic/TopicPlugin"}
     kept = {name: value["repr(QByteArray.hex)"] for name, value in groups["mainwindow"]["keys"].items()}
     state = bytes.fromhex(kept["state"].partition("b'")[2].rstrip("')"))
     assert all(name.replace("/", "__").encode("utf-16-be") in state for name in running)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import signal
@@ -349,8 +350,13 @@ def test_with_rqt_the_script_opens_the_perspective(ros: Ros, tmp_path: Path) -> 
     opened = ros.start(*SCRIPT[:3], "__name:=another_dashboard", environment=environment)
     words = opened.until("rqt ").split()
     assert words[1] == "--perspective-file"
-    assert json.loads(Path(words[2]).read_text(encoding="utf-8"))["groups"]["pluginmanager"]
     assert words[3] == "__name:=another_dashboard"
+    manager = json.loads(Path(words[2]).read_text(encoding="utf-8"))["groups"]["pluginmanager"]
+    plugins = ast.literal_eval(manager["keys"]["running-plugins"]["repr"])
+    assert "maya_ui/Maya" in plugins
+    assert {plugin.split("/")[0] for plugin in plugins} <= set(ros.tool("rospack", "list-names").split())
+    settings = manager["groups"]["plugin__rqt_rviz__RViz__1"]["groups"]["plugin"]["keys"]["rviz_config_file"]["repr"]
+    assert "Fixed Frame: base" in Path(ast.literal_eval(settings)).read_text(encoding="utf-8")
 
 
 def test_without_a_display_one_line_reports_it(ros: Ros) -> None:

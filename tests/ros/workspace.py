@@ -57,15 +57,16 @@ class Workspace:
         return sourced(self.place / space / "setup.bash")
 
 
-def sourced(setup: Path) -> dict[str, str]:
-    """Return what sourcing a setup file makes of a clean environment."""
+def sourced(setup: Path, *extensions: Path) -> dict[str, str]:
+    """Return what sourcing a setup file, and then those of further workspaces, makes of a clean environment."""
     told = subprocess.run(
-        ["/bin/bash", "-c", 'source "$0" && env -0', setup],
+        ["/bin/bash", "-c", 'source "$0" && for more in "$@"; do source "$more" --extend; done && env -0', setup,
+         *extensions],
         env=clean_environment(),
         stdout=subprocess.PIPE,
         text=True,
         check=True,
-    )
+    )  # fmt: skip
     pairs = (entry.split("=", 1) for entry in told.stdout.split("\0") if entry)
     return {name: value for name, value in pairs if name not in {"_", "PWD", "OLDPWD", "SHLVL"}}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from python_qt_binding import loadUi
-from python_qt_binding.QtCore import QDir, QObject, QSize, Qt, QTimer, Signal
+from python_qt_binding.QtCore import QDir, QEvent, QObject, QPoint, QSize, Qt, QTimer, Signal
 from python_qt_binding.QtGui import QKeySequence
 from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QShortcut, QWidget
 
@@ -33,6 +33,12 @@ SPLIT = (3, 1)
 SIZE = (1240, 860)
 """The size at which everything is visible without scrolling [pixels]."""
 
+FIT_AGAIN = 50
+"""Time between two attempts to fit the window on the screen [ms]."""
+
+FITS = 20
+"""Most attempts to fit the window on the screen; a display without a window manager never adds a frame."""
+
 CALM = frozenset({"2201", "2202"})
 """Codes of commands that a person ended: stopped, cancelled."""
 
@@ -53,6 +59,10 @@ class Dashboard(QWidget):
         """Show `robot`; of several dashboards in one window, the title shows the `number` from the second on."""
         super().__init__()
         self._number = number
+        self._wide = 0
+        self._fits_left = 0
+        self._fitting = QTimer(self)
+        self._fitting.timeout.connect(self._fit_window)
         loadUi(str(resource("MayaPlugin.ui")), self)
         self.setObjectName("MayaDashboard")
         self.setAttribute(Qt.WA_StyledBackground)
@@ -66,6 +76,8 @@ class Dashboard(QWidget):
         self.list = QueuePanel(self._context)
         self._tasks = TaskPanel(self._context, self.list.add)
         self._events = EventPanel(self._context)
+        self._content: Any = self.scroll_area.widget()
+        self._content.installEventFilter(self)
         self._stop_by_key()
         self._offer_languages()
         self.speak(language)
@@ -95,6 +107,7 @@ class Dashboard(QWidget):
         self.setWindowTitle(title if self._number <= 1 else f"{title} ({self._number})")
         for panel in (self._teleop, self._tasks, self.list, self._events):
             panel.reword()
+        self._wide = 0
         self._refresh()
         self._fold()
 
@@ -107,11 +120,17 @@ class Dashboard(QWidget):
         window, screen = self.window(), QApplication.primaryScreen().availableSize()
         window.resize(window.size().expandedTo(self.sizeHint()).boundedTo(screen))
 
-    def keep_window_on_screen(self, again: int = 3) -> None:
+    def keep_window_on_screen(self) -> None:
         """Move the window, including its frame, onto its screen, as far as its least size allows.
 
-        Columns that fold make the window narrower still, so this is done `again` when Qt has laid it out.
+        This is repeated until it fits, because the window manager adds the frame later, and columns that fold make the
+        window narrower still.
         """
+        self._fits_left = FITS
+        self._fitting.start(FIT_AGAIN)
+        self._fit_window()
+
+    def _fit_window(self) -> None:
         window = self.window()
         handle = window.windowHandle()
         room = (QApplication.primaryScreen() if handle is None else handle.screen()).availableGeometry()
@@ -120,22 +139,36 @@ class Dashboard(QWidget):
         whole = window.frameGeometry()
         left = max(room.left(), min(whole.left(), room.right() + 1 - whole.width()))
         top = max(room.top(), min(whole.top(), room.bottom() + 1 - whole.height()))
-        window.move(left, top)
-        if again:
-            QTimer.singleShot(0, lambda: self.keep_window_on_screen(again - 1))
+        if whole.topLeft() != QPoint(left, top):
+            window.move(left, top)
+        self._fits_left -= 1
+        if self._fits_left <= 0 or (frame.height() > 0 and room.contains(window.frameGeometry())):
+            self._fitting.stop()
 
     def resizeEvent(self, event: Any) -> None:  # noqa: N802 - Qt's name
         """Put the columns side by side if they fit, else below each other."""
         super().resizeEvent(event)
         self._fold()
 
+    def eventFilter(self, watched: Any, event: Any) -> bool:  # noqa: N802 - Qt's name
+        """Fold the columns when what they need has changed: another text, or the style, which Qt applies late."""
+        if watched is self._content and event.type() == QEvent.LayoutRequest:
+            self._fold()
+        return bool(super().eventFilter(watched, event))
+
     def _fold(self) -> None:
+        """Fold or unfold the columns.
+
+        Texts change while the robot works. The columns keep the greatest width that they have needed, so that they do
+        not jump from one shape to the other.
+        """
         columns = self.columns
         parts = [columns.itemAt(place) for place in range(columns.count())]
         margins = columns.contentsMargins()
-        wide = sum(part.minimumSize().width() for part in parts) + columns.spacing() * (len(parts) - 1)
+        needed = sum(part.minimumSize().width() for part in parts) + columns.spacing() * (len(parts) - 1)
+        self._wide = max(self._wide, needed)
         bar = self.scroll_area.verticalScrollBar().sizeHint().width()
-        fits = wide + margins.left() + margins.right() + bar <= self.width()
+        fits = self._wide + margins.left() + margins.right() + bar <= self.width()
         self.mode.setWordWrap(self.width() < NARROW)
         for layout, side_by_side in ((columns, fits), (self.chips, self.width() >= NARROW)):
             direction = QBoxLayout.LeftToRight if side_by_side else QBoxLayout.TopToBottom

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import json
 import os
 import shutil
 import signal
 import sys
 import threading
+from pathlib import Path
 from typing import Callable
 
 from maya_ui.resources import perspective
@@ -16,6 +19,12 @@ NODE = "maya_dashboard"
 
 LOOK = 0.5
 """Time between two checks for a master [s]."""
+
+RVIZ = "rqt_rviz/RViz"
+"""The name of rviz among rqt's plugins."""
+
+FARTHER = 1.4
+"""How much farther away rviz looks beside the dashboard, so that the whole boom is in view."""
 
 NO_DISPLAY = "maya_dashboard: there is no display, so no dashboard is opened; everything else runs."
 
@@ -37,8 +46,47 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     rqt = shutil.which("rqt")
     if rqt is not None and "--window" not in given:
-        os.execv(rqt, [rqt, "--perspective-file", str(perspective()), *given])
+        os.execv(rqt, [rqt, "--perspective-file", str(perspective_here()), *given])
     return window(given)
+
+
+def perspective_here() -> Path:
+    """Return the perspective for this computer, written into ROS's home folder.
+
+    It leaves out plugins that are not installed: rqt would wait for them, and restore neither layout nor settings. In a
+    namespace it leaves out rviz, which would show the Maya without a namespace, as rqt remaps no names of C++ plugins.
+    """
+    import rospkg  # noqa: PLC0415 - only rqt needs it
+
+    packages = rospkg.RosPack()
+    folder = Path(rospkg.get_ros_home(), "maya_ui")
+    folder.mkdir(parents=True, exist_ok=True)
+    kept = json.loads(perspective().read_text(encoding="utf-8"))
+    manager = kept["groups"]["pluginmanager"]
+    running = manager["keys"]["running-plugins"]
+    plugins = ast.literal_eval(running["repr"])
+    installed = {plugin: instances for plugin, instances in plugins.items() if plugin.split("/")[0] in packages.list()}
+    if os.environ.get("ROS_NAMESPACE", "").strip("/"):
+        installed.pop(RVIZ, None)
+    running["repr"] = repr(installed)
+    shown = _narrowed(Path(packages.get_path("maya_controller"), "rviz", "urdf.rviz"), folder)
+    keys = {"rviz_config_file": {"type": "repr", "repr": repr(str(shown))}}
+    manager["groups"]["plugin__rqt_rviz__RViz__1"] = {"groups": {"plugin": {"keys": keys}}}
+    here = folder / perspective().name
+    here.write_text(json.dumps(kept, indent=2), encoding="utf-8")
+    return here
+
+
+def _narrowed(settings: Path, folder: Path) -> Path:
+    """Write settings of rviz for the room beside the dashboard into a folder: no panels, and a more distant view."""
+    import yaml  # noqa: PLC0415
+
+    shown = yaml.safe_load(settings.read_text(encoding="utf-8"))
+    shown["Panels"] = []  # to hide them is not enough: rviz in rqt shows them again
+    shown["Visualization Manager"]["Views"]["Current"]["Distance"] *= FARTHER
+    beside = folder / settings.name
+    beside.write_text(yaml.safe_dump(shown, sort_keys=False), encoding="utf-8")
+    return beside
 
 
 def window(arguments: list[str]) -> int:
