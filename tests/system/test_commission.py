@@ -20,6 +20,7 @@ from maya_un.process.spec.tasks import starting_parts
 from maya_un.testing import faults
 from tests.commissioning import Bench, bench, faulty
 from tests.conventions.source import ROOT
+from tests.system.test_homing import with_switches
 from tests.virtual_time import elapse
 
 pytestmark = pytest.mark.system
@@ -146,6 +147,20 @@ def test_a_machine_without_mistakes_passes_whole_and_works(name: str) -> None:
     on = complete(config, machine_of(config), 3, job if job.exists() else JOB)
     assert on.codes == {}
     assert on.progress.changes == {}
+
+
+@pytest.mark.parametrize("fitted", [("none", "none", "none"), ("maximum", "minimum", "minimum")])
+def test_a_machine_with_fewer_switches_passes_whole(fitted: tuple[str, str, str]) -> None:
+    config = with_switches(Config(), *fitted)
+
+    async def commissioned() -> Bench:
+        on = bench(config, machine_of(config), seed=3)
+        assert await on.run(), (on.codes, on.progress.results)
+        return on
+
+    on = run_virtual(commissioned())
+    assert on.codes == {}
+    assert on.person.excesses == []
 
 
 @pytest.mark.parametrize("kind", sorted(CORRECTED))

@@ -13,6 +13,7 @@ from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
 from maya_un.commission.procedure import Commissioning, CommissioningStep, SkippedByPerson
 from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, PossibleAnswer, Question, QuestionKind
+from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import HOMING
 from maya_un.errors import (
@@ -98,13 +99,20 @@ async def _stop(s: Commissioning) -> None:
 
 
 async def _limits(s: Commissioning) -> None:
+    fitted = [switch for switch in SWITCHES if _is_fitted(s.config, *switch)]
+    if not fitted:
+        s.read(switches="none")
+        return
     await s.ready(
         "limits.ready",
-        phrase("Nothing moves: all motors are off. You press the six limit switches by hand, one after another."),
+        phrase(
+            "Nothing moves: all motors are off. You press the limit switches by hand, one after another: {count}.",
+            count=len(fitted),
+        ),
     )
     machine = await s.machine()
     presses: dict[Switch, Press] = {}
-    for axis, side in SWITCHES:
+    for axis, side in fitted:
         presses[axis, side] = await _pressed(s, machine, axis, side)
     letters = "".join(s.config.axes[axis].letter for axis in range(3))
     verdict = judgement.switches(presses, letters, s.config.wiring.limit_active_level)
@@ -119,6 +127,11 @@ async def _limits(s: Commissioning) -> None:
             await s.correct(error, changes)
         else:
             s.found(error)
+
+
+def _is_fitted(config: Config, axis: int, side: Side) -> bool:
+    ends = config.axes[axis]
+    return ends.switch_at_minimum if side == SIDES[0] else ends.switch_at_maximum
 
 
 async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: Side) -> Press:
@@ -397,6 +410,15 @@ async def _slow(axis: int, s: Commissioning, machine: GuardedMachine, way: float
 
 
 async def _home(s: Commissioning) -> None:
+    if s.config.person_needed:
+        s.person.tell(
+            phrase(
+                "The robot cannot find its position alone, because {reason}. Home it with `maya datum` later, while "
+                "`maya up` runs.",
+                reason=s.config.person_needed,
+            )
+        )
+        return
     bounds = dict.fromkeys(range(3), inf)
     await s.ready(
         "home.ready",
