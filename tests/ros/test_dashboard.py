@@ -324,19 +324,6 @@ def test_narrow_window_stacks_the_columns(screen: Screen) -> None:
     assert screen.ask("size", width=1240, height=860) == screen.ask("hint")
 
 
-@pytest.mark.parametrize("width", range(800, 1100, 20))
-def test_columns_are_never_cut_when_their_texts_become_longer(screen: Screen, width: int) -> None:
-    screen.ask("speak", language="en")
-    stand(screen, "not_homed", homed=False)
-    screen.ask("size", width=width, height=700)
-    stand(screen, "idle")
-    screen.tell("Position", x=-1410.0, y=-1130.0, z=750.0)
-    screen.tell("Under", command="task", phase="approach", share=0.4)
-    assert screen.ask("beyond") == 0
-    screen.tell("Ended", command="task", done=True)
-    screen.ask("size", width=1240, height=860)
-
-
 @pytest.mark.parametrize("language", ["en", "es"])
 def test_dashboard_beside_rviz_fits_1366_pixels(screen: Screen, language: str) -> None:
     """rviz gets 599 pixels of 1366, and the bar between it and the dashboard 6."""
