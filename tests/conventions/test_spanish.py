@@ -16,7 +16,7 @@ from maya_un import errors
 from maya_un.errors import MayaError
 from tests.conventions.source import ROOT
 
-SAME = {"delta (Δ)", "gripper_height (Φ)", "variables", "terminal"}
+SAME = {"delta (Δ)", "gripper_height (Φ)", "variables", "terminal", "n: no", "{value:.1f} mm", "error {code}: {text}"}
 """Phrases that read the same in both languages."""
 
 ENGLISH = re.compile(r"\b(the|is|are|it|its|must|of|and|not|with|from|which|there|has|have|this|that|be|an|to)\b")

@@ -148,5 +148,5 @@ def test_the_generated_files_have_it(pages: dict[str, Any]) -> None:
         "lamp {lamp} at {power:.1f} W | lamp {lamp} at {power:.1f} W |"
     )
     assert json.loads(pages["dashboard_events"]())["lamp"] == [LampLit.en, LampLit.en]
-    assert 'LAMP = "lamp"\n' in pages["words_for_ros"]()
+    assert 'LAMP = EventWord("lamp")\n' in pages["words_for_ros"]()
     assert "lamp, " in next(line for line in pages["PAGES"]["reference/graph.md"]().splitlines() if "refused." in line)

@@ -26,7 +26,8 @@ from tests.virtual_time import elapse, turn
 NEEDS = {
     "viewer": "read preview stop abort me",
     "student": "propose pause lease renew command jog resume speed step",
-    "operator": "submit cancel approve drive teach record recover restart clear zones graph diagnose inject calibrate",
+    "operator": "submit cancel approve drive teach record recover datum restart clear zones graph diagnose inject "
+    "calibrate",
     "admin": "break backup audit users terminal configure",
 }
 """The least role of every operation."""
