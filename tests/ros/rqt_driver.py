@@ -1,7 +1,7 @@
 """Runs the rqt that is installed, and drives the dashboard in it by lines of JSON, as `dashboard_driver` does alone.
 
-Its arguments are those of rqt; without any it opens the perspective as `maya_ui.start` does. What rqt and its plugins
-print goes to the standard error output.
+Its arguments are those of rqt; without any it opens the perspective as `maya_ui.start` does. Rqt and its plugins print
+to the standard error output.
 """
 
 from __future__ import annotations
