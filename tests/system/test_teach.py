@@ -96,7 +96,7 @@ def test_a_pallet_is_taught_by_driving_to_its_corners(say: Say, monkeypatch: pyt
     monkeypatch.setattr("sys.stdin", io.StringIO("\nright\n"))
     spoken = say("teach-pallet row --rows 1 --columns 3")
     assert "Drive the gripper to cell [1,1]" in spoken
-    assert "Taught row.1-1: 0.2300 1.1000 0.4000 m" in spoken
+    assert "Taught row.1-1: 230.0 1100.0 400.0 mm" in spoken
     assert [pose["name"] for pose in json_of(say, "poses")["poses"]] == ["right", "row.1-1"]
     say("teach-pallet row --rows 1 --columns 3 --replace", 130)
     assert "error 4011" in say("teach-pallet row --rows 1 --columns 3", 2)

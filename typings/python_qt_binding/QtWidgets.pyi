@@ -7,3 +7,4 @@ def __getattr__(name: str) -> Any: ...
 class QWidget(QObject):
     def showEvent(self, event: Any) -> None: ...  # noqa: N802 - Qt's name
     def resizeEvent(self, event: Any) -> None: ...  # noqa: N802 - Qt's name
+    def eventFilter(self, watched: Any, event: Any) -> bool: ...  # noqa: N802 - Qt's name

@@ -130,16 +130,22 @@ ALONE = Alone()
 """The site of every command of `dmc`."""
 
 
+UNITS = ("mm", "si")
+"""Millimetres and degrees, or metres and radians."""
+
+
 class OutputSettings(NamedTuple):
     """Format of the output: language, and JSON or sentences; `site` supplies the environment.
 
-    `config` is the configuration file named on the command line, None without one; `dmc` has no such option.
+    `config` is the configuration file named on the command line, None without one. `units` are those of lengths and
+    angles, one of `UNITS`. `dmc` has neither option.
     """
 
     language: str = "en"
     json: bool = False
     config: str | None = None
     site: Site = ALONE
+    units: str = UNITS[0]
 
 
 class CommandContext(Protocol):
@@ -174,8 +180,8 @@ def split_options(
 ) -> tuple[OutputSettings, list[str]]:
     """Take the global options out of `arguments`; return the settings and the other arguments, in order.
 
-    `with_value` lists which of --lang and --config `command` has. Raises `InvalidCommandLine` for an option
-    without its value and `InvalidValue` for an unknown language.
+    `with_value` lists which of --lang, --units and --config `command` has. Raises `InvalidCommandLine` for an option
+    without its value and `InvalidValue` for an unknown language or unit system.
     """
     rest: list[str] = []
     words = iter(arguments)
@@ -197,11 +203,12 @@ def _with(settings: OutputSettings, name: str, value: str | None, command: str) 
         raise InvalidCommandLine(reason=phrase("{name} needs a value", name=name), command=command)
     if name == "--config":
         return settings._replace(config=value)
-    if value not in LANGUAGES:
+    known = UNITS if name == "--units" else LANGUAGES
+    if value not in known:
         raise InvalidValue(
-            key=name, value=value, reason=phrase("it must be one of {choices}", choices=", ".join(LANGUAGES))
+            key=name, value=value, reason=phrase("it must be one of {choices}", choices=", ".join(known))
         )
-    return settings._replace(language=value)
+    return settings._replace(units=value) if name == "--units" else settings._replace(language=value)
 
 
 DONE = 0

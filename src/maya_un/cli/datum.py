@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees
 from typing import Annotated, Any
 
 import typer
 
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli.settings import settings_of
+from maya_un.cli.units import OutputUnits, units_of
 from maya_un.errors import UnknownName
 from maya_un.quantities import ANGLE, LENGTH, joints_of, step
 from maya_un.values import AXES
@@ -120,26 +120,21 @@ def _answer(context: typer.Context, request: Any) -> int:
 
     settings = settings_of(context)
     found = ServiceClient.find().ask(request)
-    return output.answer(found, _described(found, settings.language), settings)
+    return output.answer(found, _described(found, settings.language, units_of(settings)), settings)
 
 
-def _described(found: dict[str, Any], language: str) -> str:
+def _described(found: dict[str, Any], language: str, units: OutputUnits) -> str:
     lines: list[str] = []
     if found["needed"]:
         reason = translate_phrase(found["reason"], language)
         lines.append(translate("Homing needs a person, because {reason}.", language, reason=reason))
     else:
         lines.append(translate("The robot finds its position alone: `maya home`.", language))
-    lines.append(translate("Homed pose: {pose}", language, pose=_shown(found["homed_pose"])))
+    lines.append(translate("Homed pose: {pose}", language, pose=units.joints(found["homed_pose"])))
     if found["given"] is not None:
         confirmed = marked("Datum: {pose}, confirmed by a second point. All motion is allowed.")
         given = marked("Datum: {pose}. Motion is slow until a second point confirms it: `maya datum confirm`.")
-        lines.append(translate(confirmed if found["confirmed"] else given, language, pose=_shown(found["given"])))
+        lines.append(translate(confirmed if found["confirmed"] else given, language, pose=units.joints(found["given"])))
     elif found["needed"]:
         lines.append(translate("No datum is given: `maya datum give`.", language))
     return "\n".join(lines)
-
-
-def _shown(joints: Sequence[float]) -> str:
-    a, b, c = joints
-    return f"a {degrees(a):.2f}°  b {b * 1e3:.1f} mm  c {c * 1e3:.1f} mm"

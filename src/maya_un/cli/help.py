@@ -6,7 +6,8 @@ from textwrap import wrap
 
 EVERYWHERE = (
     "Every command also takes --json (print the answer as JSON), --lang en|es (language of messages; help is in "
-    "English) and --config FILE (configuration file)."
+    "English), --units mm|si (units of lengths and angles: mm and degrees, or m and rad) and --config FILE "
+    "(configuration file)."
 )
 """The options of every command, at the end of its help."""
 
@@ -85,7 +86,7 @@ Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
 WHERE: sim (the default), real (controller.address of the configuration), HOST, HOST:PORT, or a
 serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200).
 A twin is a virtual controller with Maya's mechanics; sim is a twin inside the command.
-Every command also takes --json, --lang en|es and --config FILE; see `maya COMMAND --help`.
+Every command also takes --json, --lang en|es, --units mm|si and --config FILE; see `maya COMMAND --help`.
 Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ctrl-C."""
 
 _EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))

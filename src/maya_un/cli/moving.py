@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor, wait
-from math import degrees
 from typing import Any
 
 from dmc41x3.cli.signals import as_ctrl_c
@@ -14,6 +13,7 @@ from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.progress import chosen
 from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.cli.waiting import INTERRUPTION, PATIENCE, animate, follow
 from maya_un.client import requests
 from maya_un.client.request import Request
@@ -55,12 +55,12 @@ def travel(move: Request[Any], settings: OutputSettings) -> int:
             client.ask(requests.stop())
             raise
     gone = jogging.result()
-    return output.answer(gone, _moved(gone, settings.language), settings)
+    return output.answer(gone, _moved(gone, settings), settings)
 
 
-def _moved(gone: Mapping[str, Any], language: str) -> str:
-    way = gone["distance"]
-    text = f"{degrees(way):z.2f}°" if gone["axis"] == "a" else f"{way * 1e3:z.1f} mm"
+def _moved(gone: Mapping[str, Any], settings: OutputSettings) -> str:
+    language = settings.language
+    text = units_of(settings).joint(gone["axis"], gone["distance"])
     moved = (
         marked("Moved {axis} by {way}. It stopped because {reason}.")
         if gone["limit"]

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
-from math import degrees
 from typing import TYPE_CHECKING
 
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import OutputUnits, units_of
 from maya_un.errors import MayaError
 from maya_un.kinematics.ranges import Ranges
 from maya_un.manual import default_path
@@ -29,14 +29,8 @@ _PATIENCE = 1.0
 """Longest wait for the configuration of the running robot [s]."""
 
 
-def joints_text(joints: Joints) -> str:
-    """Return joints as text in degrees and millimetres."""
-    return f"a {degrees(joints.a):.4f}°  b {joints.b * 1e3:.3f} mm  c {joints.c * 1e3:.3f} mm"
-
-
-def point_text(point: Point) -> str:
-    """Return a point as text in millimetres."""
-    return "  ".join(f"{name} {value * 1e3:.3f} mm" for name, value in zip("xyz", point, strict=True))
+FINER = 2
+"""More digits than usual: these are results of a calculation."""
 
 
 def answer(command: str, arguments: list[str], settings: OutputSettings) -> int:
@@ -49,7 +43,7 @@ def answer(command: str, arguments: list[str], settings: OutputSettings) -> int:
 def fk(joints: Joints, settings: OutputSettings) -> int:
     """Print the gripper point [m] of `joints` (rad, m, m); raises `Unreachable`."""
     point = _fk(joints, settings)
-    return output.answer(point._asdict(), point_text(point), settings)
+    return output.answer(point._asdict(), units_of(settings).point(point, FINER), settings)
 
 
 def _fk(joints: Joints, settings: OutputSettings) -> Point:
@@ -67,7 +61,7 @@ def _fk(joints: Joints, settings: OutputSettings) -> Point:
 def ik(point: Point, settings: OutputSettings) -> int:
     """Print the joints (rad, m, m) for the gripper at `point` [m]; raises `Unreachable`."""
     joints = _ik(point, settings)
-    return output.answer(joints._asdict(), joints_text(joints), settings)
+    return output.answer(joints._asdict(), units_of(settings).joints(joints, FINER), settings)
 
 
 def _ik(point: Point, settings: OutputSettings) -> Joints:
@@ -93,7 +87,7 @@ def reach(point: Point, settings: OutputSettings) -> int:
     joints = None if found.joints is None else found.joints._asdict()
     nearest = None if found.nearest is None else found.nearest._asdict()
     value = {**to_data(found), "joints": joints, "nearest": nearest}
-    output.answer(value, _reach_text(found, settings.language), settings)
+    output.answer(value, _reach_text(found, settings.language, units_of(settings)), settings)
     return output.DONE if found.reachable else output.FAILED
 
 
@@ -128,12 +122,12 @@ def _in_force(settings: OutputSettings) -> Config:
     return configuration(settings)
 
 
-def _reach_text(found: Reach, language: str) -> str:
+def _reach_text(found: Reach, language: str, units: OutputUnits) -> str:
     if found.joints is None or found.tensions is None:
         nearest = (
             translate("none: the zones cover the whole workspace", language)
             if found.nearest is None
-            else point_text(found.nearest)
+            else units.point(found.nearest, FINER)
         )
         reason = translate_phrase(found.reason or "", language)
         lines = [translate("not reachable: {reason}; nearest {nearest}", language, reason=reason, nearest=nearest)]
@@ -142,13 +136,13 @@ def _reach_text(found: Reach, language: str) -> str:
         return "\n".join(lines)
     from maya_un.cli.report import table
 
-    lines = [f"{translate('reachable', language)}: {joints_text(found.joints)}"]
+    lines = [f"{translate('reachable', language)}: {units.joints(found.joints, FINER)}"]
     lines.append(
         translate(
             "line b carries {b:.3f} × load, line c {c:.3f} × load", language, b=found.tensions[0], c=found.tensions[1]
         )
     )
-    rows = [(_limit_text(one, language), _margin_text(one, language)) for one in found.margins]
+    rows = [(_limit_text(one, language), _margin_text(one, language, units)) for one in found.margins]
     return "\n".join(
         [*lines, "", table((translate("limit", language), translate("margin", language)), rows, right=(1,))]
     )
@@ -172,11 +166,11 @@ def _limit_text(distance: Distance, language: str) -> str:
     return translate(_LIMITS[distance.limit], language, zone=distance.zone)
 
 
-def _margin_text(distance: Distance, language: str) -> str:
+def _margin_text(distance: Distance, language: str, units: OutputUnits) -> str:
     match distance.unit:
         case "rad":
-            return f"{degrees(distance.margin):.3f} °"
+            return units.angle(distance.margin, finer=1)
         case "load":
             return translate("{loads:.3f} × load", language, loads=distance.margin)
         case _:
-            return f"{distance.margin * 1e3:.1f} mm"
+            return units.length(distance.margin)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import degrees
 from typing import Any
 
 from dmc41x3.address import REAL, ControllerAddress
@@ -12,6 +11,7 @@ from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.help import QUICK
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning, translated
 
@@ -97,14 +97,11 @@ def _directly(address: ControllerAddress, settings: OutputSettings) -> int:
 def _stopping(report: dict[str, Any], settings: OutputSettings) -> str:
     if not report["was_moving"]:
         return translate("Nothing was moving.", settings.language)
-    a, b, c = report["distance"]
     return translate(
-        "Stopping: at rest within {seconds:.2f} s, after a {a:.2f}°, b {b:.1f} mm, c {c:.1f} mm.",
+        "Stopping: at rest within {seconds:.2f} s, after {way}.",
         settings.language,
         seconds=report["duration"],
-        a=abs(degrees(a)),
-        b=abs(b) * 1e3,
-        c=abs(c) * 1e3,
+        way=units_of(settings).joints(tuple(map(abs, report["distance"]))),
     )
 
 
@@ -115,15 +112,16 @@ def status(arguments: list[str], settings: OutputSettings) -> int:
             reason=phrase("{words} is not understood", words=" ".join(arguments)), command="maya status"
         )
     found: dict[str, Any] = ServiceClient.find(timeout=2.0).ask(requests.status())
-    return output.answer(found, _described(found, settings.language), settings)
+    return output.answer(found, _described(found, settings), settings)
 
 
-def _described(found: dict[str, Any], language: str) -> str:
+def _described(found: dict[str, Any], settings: OutputSettings) -> str:
+    language = settings.language
     state, fault = found["state"], found["state"]["fault"]
     controller = translate("controller {address}", language, address=found["address"])
     lines = [
         f"{state['mode'].replace('_', ' ')}   {controller}",
-        _place(state, language),
+        _place(state, settings),
         translate("gripper closed" if state["gripper_closed"] else "gripper open", language),
     ]
     if state.get("override", 1.0) != 1.0:
@@ -158,15 +156,12 @@ def _progress(progress: dict[str, Any], language: str) -> str:
     )
 
 
-def _place(state: dict[str, Any], language: str) -> str:
+def _place(state: dict[str, Any], settings: OutputSettings) -> str:
     if state["joints"] is None:
-        return translate("position unknown until homed", language)
-    a, b, c = state["joints"]
-    joints = f"a {degrees(a):.2f}°  b {b * 1e3:.1f} mm  c {c * 1e3:.1f} mm"
-    if state["point"] is None:
-        return joints
-    x, y, z = state["point"]
-    return f"{joints}   x {x:.4f}  y {y:.4f}  z {z:.4f} m"
+        return translate("position unknown until homed", settings.language)
+    units = units_of(settings)
+    joints = units.joints(state["joints"])
+    return joints if state["point"] is None else f"{joints}   {units.point(state['point'])}"
 
 
 def _active_limits(state: dict[str, Any]) -> str:

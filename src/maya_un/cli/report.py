@@ -7,6 +7,7 @@ from math import dist
 from typing import Any
 
 from dmc41x3.i18n import marked, translate, translate_phrase
+from maya_un.cli.units import MILLIMETRES, OutputUnits
 
 STEP_KEYS = (
     "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point", "phase"
@@ -37,18 +38,18 @@ def _part(commanded: Sequence[float] | None, place: Sequence[float] | None) -> d
     return {"place": None if place is None else list(place), "commanded": commanded, "error": error}
 
 
-def as_text(data: Mapping[str, Any], language: str) -> str:
+def as_text(data: Mapping[str, Any], language: str, units: OutputUnits = MILLIMETRES) -> str:
     """Return the report as text: a headline, the steps, the parts, and deviations of the pallets."""
-    blocks = [_headline(data, language), _steps(data["steps"], language)]
+    blocks = [_headline(data, language, units), _steps(data["steps"], language)]
     if data["parts"]:
-        blocks.append(_parts(data["parts"], language))
+        blocks.append(_parts(data["parts"], language, units))
     if data["remarks"]:
         shape = translate("note", language)
         blocks.append("\n".join(f"{shape}: {translate_phrase(remark, language)}" for remark in data["remarks"]))
     return "\n\n".join(blocks)
 
 
-def _headline(data: Mapping[str, Any], language: str) -> str:
+def _headline(data: Mapping[str, Any], language: str, units: OutputUnits) -> str:
     line = translate(
         "{name}: {state} in {duration:.1f} s",
         language,
@@ -58,8 +59,8 @@ def _headline(data: Mapping[str, Any], language: str) -> str:
     )
     if data["lowest"] is None:
         return line
-    heights = translate("gripper between {lowest:.3f} m and {highest:.3f} m", language)
-    return f"{line}; {heights.format(lowest=data['lowest'], highest=data['highest'])}"
+    ends = {key: units.length(data[key]) for key in ("lowest", "highest")}
+    return f"{line}; {translate('gripper between {lowest} and {highest}', language, **ends)}"
 
 
 def _steps(steps: Iterable[Mapping[str, Any]], language: str) -> str:
@@ -84,18 +85,16 @@ def _seconds(value: float | None) -> str:
     return "–" if value is None else f"{value:.1f}"
 
 
-def _parts(parts: Mapping[str, Mapping[str, Any]], language: str) -> str:
-    head = tuple(translate(text, language) for text in (marked("part"), marked("place [m]"), marked("off by [mm]")))
-    rows = [(name, _place(part["place"]), _millimetres(part["error"])) for name, part in parts.items()]
+def _parts(parts: Mapping[str, Mapping[str, Any]], language: str, units: OutputUnits) -> str:
+    head = tuple(
+        translate(text, language, unit=units.of_length)
+        for text in (marked("part"), marked("place [{unit}]"), marked("off by [{unit}]"))
+    )
+    rows = [
+        (name, units.place(part["place"]), "–" if part["error"] is None else units.bare_length(part["error"], finer=2))
+        for name, part in parts.items()
+    ]
     return table(head, rows, right=(2,))
-
-
-def _place(place: Sequence[float] | None) -> str:
-    return "–" if place is None else " ".join(f"{value:.4f}" for value in place)
-
-
-def _millimetres(error: float | None) -> str:
-    return "–" if error is None else f"{error * 1e3:.3f}"
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int] = ()) -> str:

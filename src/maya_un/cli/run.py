@@ -26,6 +26,7 @@ from maya_un.cli.questions import answer_questions
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.cli.waiting import INTERRUPTION, follow
 from maya_un.client import requests
 from maya_un.config import Config
@@ -101,7 +102,7 @@ def _concluded(outcome: RunOutcome, settings: OutputSettings) -> int:
     if settings.json:
         output.emit(report)
     else:
-        output.say(as_text(report, settings.language))
+        output.say(as_text(report, settings.language, units_of(settings)))
     if outcome.interrupted:
         return output.INTERRUPTED
     return output.concluded(report, settings)

@@ -87,7 +87,7 @@ def test_reach_shows_the_distance_to_every_limit_and_the_tensions(capsys: pytest
     assert "line b carries 0.640 × load, line c 0.640 × load" in out
     rows = dict(line.rsplit("  ", 1) for line in out.split("\n\n")[1].splitlines()[1:])
     found = {name.strip(): margin.strip() for name, margin in rows.items()}
-    assert found["range of the boom"] == "30.000 °"
+    assert found["range of the boom"] == "30.000°"
     assert found["inner anchor"] == found["outer anchor"] == "1000.0 mm"
     assert found["table top"] == "900.0 mm"
     assert found["ends of line b"] == "659.2 mm"

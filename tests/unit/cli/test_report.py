@@ -74,9 +74,9 @@ def test_a_real_machine_has_no_record_of_parts() -> None:
 
 def test_text_report_has_the_important_values() -> None:
     text = as_text(as_data(REPORT, {"cube": (1.0, 0.5, 0.403)}), "en")
-    assert text.startswith("cubes: failed in 12.5 s; gripper between 0.400 m and 0.500 m")
+    assert text.startswith("cubes: failed in 12.5 s; gripper between 400.0 mm and 500.0 mm")
     assert "pick cube   failed (2101)" in text
-    assert "1.0000 0.5000 0.4030" in text
+    assert "1000.0 500.0 403.0" in text
     assert "3.000" in text
 
 

@@ -45,7 +45,7 @@ def test_poses_are_listed_renamed_and_removed(pose_file: Path, capsys: pytest.Ca
         ("bench", pytest.approx(list(BENCH))),
         ("desk", pytest.approx(list(DESK))),
     ]
-    assert "shelf   0.3000 1.0000 0.4000" in printed("poses", capsys)
+    assert "shelf   300.0 1000.0 400.0" in printed("poses", capsys)
     assert printed("poses rename shelf ledge", capsys) == "shelf is now ledge.\n"
     assert data("poses remove bench", capsys) == {"forgotten": "bench"}
     assert [pose["name"] for pose in data("poses", capsys)["poses"]] == ["ledge", "desk"]
@@ -59,7 +59,7 @@ def test_without_a_file_there_are_no_poses(capsys: pytest.CaptureFixture[str]) -
 
 def test_a_pallet_is_taught_of_poses(pose_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     said = printed("teach-pallet tray --rows 3 --columns 4 shelf bench desk", capsys)
-    assert said == "tray, 3 x 4: 0.3000 1.0000 0.4000 … 0.6000 1.2000 0.4000 m\n"
+    assert said == "tray, 3 x 4: 300.0 1000.0 400.0 … 600.0 1200.0 400.0 mm\n"
     (pallet,) = data("pallets", capsys)["pallets"]
     assert (pallet["rows"], pallet["columns"], pallet["remarks"]) == (3, 4, [])
     assert "error 4011" in printed("teach-pallet tray --rows 2 --columns 4 shelf bench desk", capsys, 2)

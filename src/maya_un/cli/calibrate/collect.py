@@ -15,9 +15,10 @@ from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ANSWER, ServiceClient
 from maya_un.cli.configure import configuration
-from maya_un.cli.offline import joints_text
+from maya_un.cli.offline import FINER
 from maya_un.cli.progress import chosen
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.cli.waiting import follow
 from maya_un.client import requests
 from maya_un.config import Config, Units
@@ -135,7 +136,7 @@ class _Session:
                     marked("Point {number} of {total}: moving to {joints}."),
                     number=number,
                     total=total,
-                    joints=joints_text(pose),
+                    joints=units_of(self.settings).joints(pose, FINER),
                 )
                 if self._drive(pose):
                     self._measure()

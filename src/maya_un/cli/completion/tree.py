@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 FILES, JOBS, PLACES = "@files", "@jobs", "@places"
 """Kinds of variable values: file names, job numbers, names of taught places."""
 
-EVERYWHERE = {"--json": "", "--lang": "en es", "--config": FILES, "--help": ""}
+EVERYWHERE = {"--json": "", "--lang": "en es", "--units": "mm si", "--config": FILES, "--help": ""}
 """Options of every command, with the kind of their values, "" for none."""
 
 _FILES = {"FILE", "[FILE]", "SCRIPT", "OUT", "JOB"}

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from math import degrees
 from typing import Any, NamedTuple, NoReturn
 
 from dmc41x3.i18n import marked, translate, translate_phrase
@@ -17,6 +16,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import MILLIMETRES, OutputUnits, units_of
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, NameTaken, ServiceNotRunning
 from maya_un.http.dates import now
@@ -39,18 +39,18 @@ class PalletRequest(NamedTuple):
 def teach(name: str, settings: OutputSettings, *, replacing: bool) -> int:
     """Store the running robot's position under `name`; raises `ServiceNotRunning` and the errors of the service."""
     pose = _taught(ServiceClient.find(), name, replacing)
-    return output.answer(pose, _said(pose, settings.language), settings)
+    return output.answer(pose, _said(pose, settings.language, units_of(settings)), settings)
 
 
 def keep(client: ServiceClient, name: str, language: str, replacing: bool) -> str:
     """Store the position of the robot behind `client` under `name`, and return a message; raises as `teach`."""
-    return _said(_taught(client, name, replacing), language)
+    return _said(_taught(client, name, replacing), language, MILLIMETRES)
 
 
 def poses(settings: OutputSettings) -> int:
     """List all taught poses."""
     found = _asked(settings, lambda client: client.ask(requests.poses()), TeachingService.poses)
-    return output.answer({"poses": found}, _listed(found, settings.language), settings)
+    return output.answer({"poses": found}, _listed(found, settings.language, units_of(settings)), settings)
 
 
 def remove(what: str, name: str, settings: OutputSettings) -> int:
@@ -72,7 +72,7 @@ def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
 def pallets(settings: OutputSettings) -> int:
     """List all taught pallets."""
     found = _asked(settings, lambda client: client.ask(requests.pallets()), TeachingService.pallets)
-    lines = [_pallet_text(pallet, settings.language) for pallet in found]
+    lines = [_pallet_text(pallet, settings.language, units_of(settings)) for pallet in found]
     text = "\n".join(lines) or translate(
         "No pallets have been taught; teach one with `maya teach-pallet`.", settings.language
     )
@@ -95,7 +95,7 @@ def teach_pallet(grid: PalletRequest, settings: OutputSettings, *, replacing: bo
         lambda client: client.ask(requests.teach_pallet(grid.name, body, replace=replacing)),
         lambda book: book.teach_pallet(grid.name, body, now(), replacing=replacing),
     )
-    return output.answer(pallet, _pallet_text(pallet, settings.language), settings)
+    return output.answer(pallet, _pallet_text(pallet, settings.language, units_of(settings)), settings)
 
 
 def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -> list[str]:
@@ -124,7 +124,7 @@ def _driven_to(grid: PalletRequest, settings: OutputSettings, replacing: bool) -
         name = said or f"{grid.name}.{row}-{column}"
         if not said:
             pose = _taught(client, name, replacing)
-            _aside(_said(pose, settings.language), settings)
+            _aside(_said(pose, settings.language, units_of(settings)), settings)
         names.append(name)
     return names
 
@@ -176,38 +176,30 @@ def _nowhere() -> NoReturn:
     raise ServiceNotRunning
 
 
-def _listed(found: Sequence[Mapping[str, Any]], language: str) -> str:
+def _listed(found: Sequence[Mapping[str, Any]], language: str, units: OutputUnits) -> str:
     if not found:
         return translate("No poses have been taught; teach one with `maya teach NAME`.", language)
     head = tuple(
-        translate(text, language) for text in (marked("name"), marked("place [m]"), marked("joints"), marked("taught"))
+        translate(text, language, unit=units.of_length)
+        for text in (marked("name"), marked("place [{unit}]"), marked("joints"), marked("taught"))
     )
-    rows = [(pose["name"], _place(pose["point"]), _joints(pose["joints"]), pose["taught"]) for pose in found]
+    rows = [(pose["name"], units.place(pose["point"]), units.joints(pose["joints"]), pose["taught"]) for pose in found]
     return table(head, rows)
 
 
-def _said(pose: Mapping[str, Any], language: str) -> str:
-    place = f"{_place(pose['point'])} m   {_joints(pose['joints'])}"
+def _said(pose: Mapping[str, Any], language: str, units: OutputUnits) -> str:
+    place = f"{units.place(pose['point'])} {units.of_length}   {units.joints(pose['joints'])}"
     return translate("Taught {name}: {place}", language, name=pose["name"], place=place)
 
 
-def _place(point: Sequence[float] | None) -> str:
-    return "–" if point is None else " ".join(f"{value:.4f}" for value in point)
-
-
-def _joints(joints: Sequence[float]) -> str:
-    a, b, c = joints
-    return f"a {degrees(a):.2f}°  b {b * 1e3:.1f} mm  c {c * 1e3:.1f} mm"
-
-
-def _pallet_text(pallet: Mapping[str, Any], language: str) -> str:
+def _pallet_text(pallet: Mapping[str, Any], language: str, units: OutputUnits) -> str:
     size = {"name": pallet["name"], "rows": pallet["rows"], "columns": pallet["columns"]}
     grid = translate("{name}, {rows} x {columns}", language, **size)
     remarks = [translate_phrase(remark, language) for remark in pallet["remarks"]]
     if pallet["corners"] is None:
         return "\n".join((grid, *remarks))
     first, last = pallet["corners"][0], pallet["corners"][3]
-    lines = [f"{grid}: {_place(first)} … {_place(last)} m"]
+    lines = [f"{grid}: {units.place(first)} … {units.place(last)} {units.of_length}"]
     if remarks:
         lines.append(f"  {translate('not quite a rectangle', language)}: {'; '.join(remarks)}")
     return "\n".join(lines)

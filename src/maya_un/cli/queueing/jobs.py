@@ -19,6 +19,7 @@ from maya_un.cli.queueing import text
 from maya_un.cli.queueing.text import clock_text, obstacle
 from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.cli.waiting import PATIENCE, follow, reason
 from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
@@ -133,7 +134,7 @@ def _print(report: Mapping[str, Any], settings: OutputSettings) -> None:
     if settings.json:
         output.emit(report)
     else:
-        output.say(as_text(as_data(report, None), settings.language))
+        output.say(as_text(as_data(report, None), settings.language, units_of(settings)))
 
 
 def _dated(line: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.queueing.recovery import typed
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
@@ -38,7 +39,9 @@ def show(settings: OutputSettings) -> int:
         output.emit(view)
         return output.DONE
     blocks = [
-        text.queue(view, client.ask(requests.status()), client.ask(requests.lease()), settings.language),
+        text.queue(
+            view, client.ask(requests.status()), client.ask(requests.lease()), settings.language, units_of(settings)
+        ),
         text.ended(_ended_last(client), settings.language),
     ]
     output.say("\n\n".join(block for block in blocks if block))

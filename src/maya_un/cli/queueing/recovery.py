@@ -12,6 +12,7 @@ from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine
 
@@ -34,7 +35,7 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
     if choice is None:
         if not asks:
             raise InvalidCommandLine(reason=phrase("{name} is missing", name="CHOICE"), command=_COMMAND)
-        output.say(text.recovery(offer, settings.language))
+        output.say(text.recovery(offer, settings.language, units_of(settings)))
         names = [one["name"] for one in offer["choices"]]
         question = translate("Choose what to do with the job ({choices}): ", settings.language)
         choice = cast("Choice", typed(question, names, settings.language))
@@ -45,7 +46,7 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
     view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause))
     said = text.mode(view, settings.language)
     if view["recovery"] is not None:  # another job is interrupted
-        said = f"{said}\n\n{text.recovery(view['recovery'], settings.language)}"
+        said = f"{said}\n\n{text.recovery(view['recovery'], settings.language, units_of(settings))}"
     return output.answer(view, said, settings)
 
 

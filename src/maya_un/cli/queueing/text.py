@@ -9,6 +9,7 @@ from typing import Any
 
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
+from maya_un.cli.units import MILLIMETRES, OutputUnits
 from maya_un.cli.waiting import because
 from maya_un.errors import translated
 
@@ -54,7 +55,13 @@ _COLOURS = {
 }  # fmt: skip
 
 
-def queue(view: Mapping[str, Any], status: Mapping[str, Any], lease: Mapping[str, Any], language: str) -> str:
+def queue(
+    view: Mapping[str, Any],
+    status: Mapping[str, Any],
+    lease: Mapping[str, Any],
+    language: str,
+    units: OutputUnits = MILLIMETRES,
+) -> str:
     """Return the queue as text, from QueueView, Status and LeaseView.
 
     It contains the mode, the driver, the running and waiting jobs, and the choices after a restart.
@@ -71,7 +78,7 @@ def queue(view: Mapping[str, Any], status: Mapping[str, Any], lease: Mapping[str
             )
         )
     if view["recovery"] is not None:
-        blocks.append(recovery(view["recovery"], language))
+        blocks.append(recovery(view["recovery"], language, units))
     asked = view.get("question")
     if asked is not None and asked["open"]:
         blocks.append(question(asked, language))
@@ -262,7 +269,7 @@ _CHOICES = {
 }
 
 
-def recovery(offer: Mapping[str, Any], language: str) -> str:
+def recovery(offer: Mapping[str, Any], language: str, units: OutputUnits = MILLIMETRES) -> str:
     """Return a text about an interrupted job: the interruption, the robot's position, and the choices."""
     about = {**offer, "phase": offer["phase"] or translate("begun", language), "since": clock_text(offer["since"])}
     head = translate(
@@ -277,7 +284,7 @@ def recovery(offer: Mapping[str, Any], language: str) -> str:
     choices = report.table(("", ""), rows).strip("\n")
     facts = (
         head,
-        place(offer["state"], language),
+        place(offer["state"], language, units),
         holding,
         translate("Nothing moves until a person chooses: maya queue recover CHOICE", language),
     )
@@ -291,12 +298,11 @@ def question(asked: Mapping[str, Any], language: str) -> str:
     return translate(text, language, **{**asked, "choices": choices})
 
 
-def place(state: Mapping[str, Any], language: str) -> str:
+def place(state: Mapping[str, Any], language: str, units: OutputUnits = MILLIMETRES) -> str:
     """Return a sentence about the position of the robot."""
     if state["point"] is None:
         return translate("The robot is not homed: run `maya home` first.", language)
-    x, y, z = state["point"]
-    return translate("The robot is at {place}.", language, place=f"x {x:.3f}  y {y:.3f}  z {z:.3f} m")
+    return translate("The robot is at {place}.", language, place=units.point(state["point"]))
 
 
 def meaning(choice: Mapping[str, Any], language: str) -> str:

@@ -160,7 +160,7 @@ def test_a_pose_is_taught() -> None:
     with pendant(robot) as session:
         real_time(teach(session))
         assert robot.asked == [("PUT", "/v1/poses/shelf?replace=true", {})]
-        assert session.notes[-1].startswith("Taught shelf: 0.5000 1.1000 0.6000 m")
+        assert session.notes[-1].startswith("Taught shelf: 500.0 1100.0 600.0 mm")
 
 
 def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -129,7 +129,7 @@ def test_automatic_continuation_prints_nothing_of_waiting(serve: Serve, capsys: 
 def test_job_is_shown_step_by_step_with_its_submitter(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve(**{"/v1/jobs/7": REPORT})
     said = printed(["job", "show", "7"], capsys)
-    assert "two cubes: done in 63.5 s; gripper between 0.400 m and 0.900 m" in said
+    assert "two cubes: done in 63.5 s; gripper between 400.0 mm and 900.0 mm" in said
     assert "asked for by ana (10.0.0.7) at" in said
     assert said.endswith("for berta\n")
     assert json.loads(printed(["job", "show", "7", "--json"], capsys)) == REPORT

@@ -102,7 +102,7 @@ def test_interrupted_job_shows_the_machine_state_and_the_choices(
     serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": OFFER}})
     said = printed(["queue"], capsys)
     assert "Job 7, two cubes, was interrupted in step 3, pick left (close)" in said
-    assert "x 0.500  y 1.100  z 0.400 m" in said
+    assert "x 500.0 mm  y 1100.0 mm  z 400.0 mm" in said
     assert "Only a person can see whether it holds a part" in said
     assert "redo    do the interrupted step again, then the rest (with --holding yes|no)" in said
     assert "wave    wave a hand" in said
