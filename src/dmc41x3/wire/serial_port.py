@@ -54,6 +54,10 @@ def close_port(port: Serial) -> None:
     port.close()
 
 
+_EMPTY = 100
+"""So many readings without bytes, one after another, are the end of a port: for fewer, another program was faster."""
+
+
 class BlockingPort:
     """An open port with the methods of a blocking socket. Each wait ends with `TimeoutError` after `timeout` [s]."""
 
@@ -78,13 +82,14 @@ class BlockingPort:
             data = data[os.write(self._file, data) :]
 
     def recv(self, count: int) -> bytes:
-        """Return at least one and at most `count` received bytes; raises `OSError`."""
-        while True:
+        """Return at least one and at most `count` received bytes, b"" after the end; raises `OSError`."""
+        for _ in range(_EMPTY):
             self._wait((self._file,), ())
-            try:
-                return os.read(self._file, count)
-            except BlockingIOError:
-                continue  # another program that uses the port was faster
+            with suppress(BlockingIOError):
+                data = os.read(self._file, count)
+                if data:
+                    return data
+        return b""
 
     def close(self) -> None:
         """Close the port; idempotent."""
