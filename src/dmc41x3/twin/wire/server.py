@@ -7,6 +7,7 @@ read; a timer runs only while a program runs, or records are sent by themselves.
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Callable, Coroutine
 from ipaddress import IPv4Address
 from math import inf, nextafter
@@ -30,6 +31,9 @@ from dmc41x3.twin.wire.faults import Disturbance
 from dmc41x3.twin.wire.injection import Faults
 from dmc41x3.wire.bootp import parse_mac
 from dmc41x3.wire.transport import LoopbackDatagrams, LoopbackTransport, datagram_pair, loopback_pair
+
+_LINES = re.compile(rb"[^\r]*\r|[^\r]+")
+"""The lines of received bytes, the last one perhaps unfinished."""
 
 TICK = 1.0 / 256.0
 """Period of sending a program's messages [s]; the timing of its statements is still exact to the sample."""
@@ -286,9 +290,12 @@ class VirtualController:
             return
         if self.tap is not None:
             self.tap(handle.letter, "rx", data)
-        reply = self._machine.receive(handle, data, self._loop.time() - self._epoch)
-        if reply:
-            self._send(handle, reply)
+        # A serial port has one stream: messages stand between the replies where they were made.
+        for piece in _LINES.findall(data) if handle.kind is HandleProtocol.SERIAL else (data,):
+            reply = self._machine.receive(handle, piece, self._loop.time() - self._epoch)
+            if reply:
+                self._send(handle, reply)
+            self._send_messages()
         self._after()
 
     def reached(self, handle: Handle, link: WireLink) -> None:
@@ -312,10 +319,13 @@ class VirtualController:
         self._machine.look()
         self._after()
 
-    def _after(self) -> None:
-        """Send unsolicited output, open and end connections, and set the timer for the next output."""
+    def _send_messages(self) -> None:
         for handle, message in self._machine.take_messages():
             self._send(handle, message)
+
+    def _after(self) -> None:
+        """Send unsolicited output, open and end connections, and set the timer for the next output."""
+        self._send_messages()
         for handle in self._machine.unit.handles.take_dialing():
             self._dial(handle)
         self._close_released()

@@ -10,7 +10,7 @@ from collections.abc import Awaitable, Callable, Mapping
 
 from dmc41x3.i18n import phrase
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Cancelled, Faulted, InputTimeout, InvalidValue, NotConnected, Stopped
+from maya_un.errors import Cancelled, Faulted, InputTimeout, InternalError, InvalidValue, NotConnected, Stopped
 from maya_un.events import InputAwaited, QuestionAsked
 from maya_un.process.queue.entries import OpenQuestion, QueueEntry
 from maya_un.process.spec.statements import (
@@ -63,7 +63,7 @@ class StatementRunner:
                 case Condition():
                     return THEN if await self._holds(task, statement, answers) else ELSE
                 case _:
-                    raise NotImplementedError(statement.command)
+                    raise InternalError(reason=f"nothing carries out {statement.command}")
         finally:
             item.waiting = False
             item.question = None

@@ -11,6 +11,7 @@ of the configuration (`controller.output_names`, `controller.input_names`).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from reprlib import repr
 from typing import Annotated, Any, ClassVar, Literal
@@ -127,7 +128,7 @@ Answer = Annotated[str, BeforeValidator(_choice), Field(min_length=1, max_length
 """An answer to a question."""
 
 
-class JobStatement(BaseModel):
+class JobStatement(BaseModel, ABC):
     """A step that is no motion. `command` is its key in a job, `summary` its help.
 
     `short` is the field that may stand for the whole statement, "" if none may. Time under a pause does not count.
@@ -150,9 +151,9 @@ class JobStatement(BaseModel):
         return ""
 
     @property
+    @abstractmethod
     def words(self) -> str:
         """The statement as a label."""
-        raise NotImplementedError
 
     @classmethod
     def harmless(cls) -> bool:
