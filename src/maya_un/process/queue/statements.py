@@ -63,7 +63,7 @@ class StatementRunner:
                 case Condition():
                     return THEN if await self._holds(task, statement, answers) else ELSE
                 case _:
-                    raise InternalError(reason=f"nothing carries out {statement.command}")
+                    raise InternalError(reason=repr(statement))
         finally:
             item.waiting = False
             item.question = None
