@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from random import Random
+from typing import TypeVar
+
+Drawn = TypeVar("Drawn")
 
 
 @dataclass(slots=True)
@@ -30,6 +34,10 @@ class Campaign:
         chosen = long if self.long else ci
         self.ledger.sizes[self.name] = chosen
         return chosen
+
+    def some(self, cases: Sequence[Drawn], *, ci: int) -> list[Drawn]:
+        """Return `ci` of the cases, drawn, and with `./test --long` all of them in a drawn order."""
+        return self.rng().sample(cases, self.size(ci=ci, long=len(cases)))
 
     def rng(self, case: int = 0) -> Random:
         """Return a generator that depends on the run's seed, the test and the case, and on nothing else.

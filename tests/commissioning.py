@@ -38,13 +38,14 @@ class JudgingPerson:
     """The person of a twin, who also looks at the true motion after every announcement.
 
     `excesses` lists motions beyond what was announced: question, axis, way, bound. `on_ask` is called with every
-    question, before its answer; it may give another answer.
+    question, before its answer; it may give another answer. `answers` are the last ones, by the key of the question.
     """
 
     twin: Twin
     on_ask: Callable[[Question], str | None] = lambda _question: None
     excesses: list[tuple[str, str, float, float]] = field(default_factory=list[tuple[str, str, float, float]])
     asked: list[str] = field(default_factory=list[str])
+    answers: dict[str, str] = field(default_factory=dict[str, str])
     _person: TwinPerson = field(init=False)
     _last: Announced | None = None
 
@@ -60,7 +61,8 @@ class JudgingPerson:
             self._last = Announced(question.key, record.mark(), self.twin.mechanics.true_joints(), dict(question.most))
         chosen = self.on_ask(question)
         answer = await self._person.ask(question)
-        return chosen or answer
+        self.answers[question.key] = chosen or answer
+        return self.answers[question.key]
 
     def tell(self, text: str) -> None:
         """Take note."""

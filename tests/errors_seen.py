@@ -1,12 +1,13 @@
 """Which errors the code under test has made, in which test, and with which sentence: a table, code by code.
 
 The sentences of `docs/reference/errors.md` are templates. Here each stands with the details of a situation, so that a
-person can read whether the advice fits. `./test --errors FILE` writes the table.
+person can read whether the advice fits. `./test --errors=FILE` writes the table.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -19,7 +20,7 @@ import pytest
 
 from dmc41x3.errors import CodedError, by_code
 
-SEEN = pytest.StashKey["SeenErrors"]()
+_PRINTED = re.compile(r"^(?:maya|dmc): error (\d{4}): (.*)", re.MULTILINE)
 
 _OURS = ("dmc41x3", "maya_un", "maya_ros")
 
@@ -33,10 +34,15 @@ class SeenErrors:
 
     by_code: dict[int, Seen] = field(default_factory=dict[int, Seen])
 
-    def note(self, error: CodedError) -> None:
-        """Count an error, and keep the first one of its code that has a test."""
+    def note(self, code: int, sentence: str) -> None:
+        """Count an error, and keep the first one of its code."""
         test = os.environ.get("PYTEST_CURRENT_TEST", "").partition(" ")[0]
-        self.add(error.code, (1, test, str(error)))
+        self.add(code, (1, test, sentence))
+
+    def note_printed(self, output: str) -> None:
+        """Count the errors in the output of a command that ran as a process of its own."""
+        for code, sentence in _PRINTED.findall(output):
+            self.note(int(code), sentence)
 
     def add(self, code: int, seen: Seen) -> None:
         """Add what another process has counted."""
@@ -63,11 +69,15 @@ class SeenErrors:
         return (f"Not seen: {kind.code} {kind.__name__}." for kind in self.unseen())
 
 
+SEEN = SeenErrors()
+"""The errors of this process."""
+
+
 def _row(cells: Iterable[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
 
 
-def _watch(seen: SeenErrors) -> None:
+def _watch() -> None:
     """Note every error from now on that code of this project makes, other than tests and copies of earlier errors."""
     make = CodedError.__init__
 
@@ -75,7 +85,7 @@ def _watch(seen: SeenErrors) -> None:
     def noting(self: CodedError, **details: object) -> None:
         make(self, **details)
         if sys._getframe(1).f_globals.get("__name__", "").partition(".")[0] in _OURS:
-            seen.note(self)
+            SEEN.note(self.code, str(self))
 
     CodedError.__init__ = noting
 
@@ -85,31 +95,29 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--errors", metavar="FILE", help="write the errors that the tests saw, code by code, as Markdown")
 
 
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure() -> None:
     """Begin to note the errors of this process."""
     for package in ("maya_un.errors", "maya_ros.graph.outcome"):  # they declare the errors
         import_module(package)
-    config.stash[SEEN] = SeenErrors()
-    _watch(config.stash[SEEN])
+    _watch()
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Send what a worker has noted to the process that sums up."""
     output: dict[str, Any] | None = getattr(session.config, "workeroutput", None)
     if output is not None:
-        output["errors"] = session.config.stash[SEEN].by_code
+        output["errors"] = SEEN.by_code
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
     """Take what a worker has noted."""
     for code, seen in getattr(node, "workeroutput", {}).get("errors", {}).items():
-        node.config.stash[SEEN].add(code, tuple(seen))
+        SEEN.add(code, tuple(seen))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Write the table, if it is wanted, and say how much of it there is."""
-    seen = config.stash[SEEN]
     if config.option.errors is not None:
-        seen.write(Path(config.option.errors))
-    terminalreporter.line(f"errors: {len(seen.by_code)} codes seen, {len(seen.unseen())} not seen")
+        SEEN.write(Path(config.option.errors))
+    terminalreporter.line(f"errors: {len(SEEN.by_code)} codes seen, {len(SEEN.unseen())} not seen")

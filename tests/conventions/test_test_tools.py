@@ -58,6 +58,13 @@ def test_a_campaign_has_two_sizes_and_notes_the_one_it_took() -> None:
     assert long.ledger.sizes == {"a": 300}
 
 
+def test_some_cases_are_drawn_and_in_the_long_run_all() -> None:
+    cases = range(100)
+    few, all_cases = campaign("a").some(cases, ci=3), campaign("a", long=True).some(cases, ci=3)
+    assert len(set(few)) == 3
+    assert sorted(all_cases) == list(cases)
+
+
 def test_a_generator_depends_on_seed_test_and_case_only() -> None:
     drawn = campaign("a").rng().random()
     assert drawn == campaign("a").rng().random()

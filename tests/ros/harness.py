@@ -19,6 +19,7 @@ from uuid import uuid1
 from xmlrpc.client import ServerProxy
 
 from tests.calm import CALM_FILE
+from tests.errors_seen import SEEN
 from tests.ports import free_port
 from tests.ros.driver_client import Driver
 from tests.ros.programs import Program
@@ -97,7 +98,9 @@ class Ros:
     def maya(self, *words: str) -> subprocess.CompletedProcess[str]:
         """Run `maya` on this graph and return how it ends."""
         command = [str(Path(sys.executable).with_name("maya")), *words]
-        return subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=40.0, check=False)
+        done = subprocess.run(command, env=self.environment, capture_output=True, text=True, timeout=40.0, check=False)
+        SEEN.note_printed(done.stderr)
+        return done
 
     def _has_master(self) -> bool:
         with suppress(OSError):

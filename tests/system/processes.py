@@ -17,6 +17,7 @@ from pathlib import Path
 from time import monotonic
 
 from tests.calm import CALM_FILE
+from tests.errors_seen import SEEN
 from tests.fork_server import WarmPopen
 from tests.secrecy import MARK
 
@@ -76,6 +77,7 @@ class Process:
         while line := self._line():
             assert MARK not in line
             said.append(line)
+            SEEN.note_printed(line)
             if text in line:
                 return line.strip()
         raise AssertionError(f"never said {text!r}, but:\n{''.join(said)}")
@@ -93,6 +95,7 @@ class Process:
         self._stdout.close()
         rest, self._unread = self._unread, ""
         assert MARK not in rest
+        SEEN.note_printed(rest)
         return code, rest
 
     def kill(self) -> None:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+from itertools import product
 from pathlib import Path
 
 import pytest
 
+from dmc41x3.driver import Driver
 from dmc41x3.loops import run_virtual
+from dmc41x3.twin.timeline import TimelinePiece
 from maya_un import errors
 from maya_un.assembly import machine_of, stack
-from maya_un.commission.questions import QUIT, Question
+from maya_un.commission.guarded import HELD
+from maya_un.commission.questions import ALREADY, QUIT, Question
 from maya_un.config import Config, load
 from maya_un.errors import LinkLost, LinkTimeout, MachineError, NotConnected
 from maya_un.machine.truth import TrueConstants
@@ -18,6 +22,7 @@ from maya_un.machine.wiring_faults import KINDS, WiringFault
 from maya_un.process.spec.job import load_job
 from maya_un.process.spec.tasks import starting_parts
 from maya_un.testing import faults
+from tests.campaign import Campaign
 from tests.commissioning import Bench, bench, faulty
 from tests.conventions.source import ROOT
 from tests.system.test_homing import with_switches
@@ -26,7 +31,6 @@ from tests.virtual_time import elapse
 pytestmark = pytest.mark.system
 
 MACHINES = ROOT / "examples" / "machines"
-SEEDS = range(30)
 
 NAMES: dict[str, type[MachineError]] = {
     "encoder_reversed": errors.EncoderReversed,
@@ -45,19 +49,18 @@ NAMES: dict[str, type[MachineError]] = {
     "switch_open": errors.SwitchNotConnected,
     "switches_exchanged": errors.SwitchesExchanged,
     "gripper_output": errors.GripperAtOtherOutput,
+    "gripper_dead": errors.GripperSilent,
     "gripper_inverted": errors.GripperInverted,
     "stop_open": errors.StopNotConnected,
     "stop_inverted": errors.StopInverted,
 }
 """The name of every kind of mistake."""
 
+READ_AT_REST = {errors.SwitchNotConnected, errors.SwitchInverted}
+"""Mistakes that look the same while the axis stands at the switch."""
+
 CORRECTED = {"axes_exchanged", "switch_levels", "gripper_output", "gripper_inverted"}
 """Mistakes that a change of the configuration removes."""
-
-
-def kind_of(seed: int) -> str:
-    """Return the kind of mistake of a seed: all kinds come in turn."""
-    return tuple(KINDS)[seed % len(KINDS)]
 
 
 def test_every_kind_of_mistake_has_a_name() -> None:
@@ -88,16 +91,22 @@ def named(kind: str, seed: int, config: Config) -> None:
 
     fault, on = run_virtual(commissioned())
     step, part = found_as(fault)
-    assert on.codes.get(step) == [NAMES[kind].code], (fault.kind, fault.part, on.codes)
-    assert set().union(*on.codes.values()) == {NAMES[kind].code}
+    name = NAMES[kind]
+    if name in READ_AT_REST and on.person.answers.get(f"limits.{fault.part.replace(' ', '.')}.press") == ALREADY:
+        name = errors.PressedSwitchInactive
+    assert on.codes.get(step) == [name.code], (fault.kind, fault.part, on.codes)
+    assert set().union(*on.codes.values()) == {name.code}
     assert f" {part}" in on.progress.results[step].errors[0][1]
     assert on.person.excesses == []
     assert not any(on.motors_on)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
-def test_a_mistake_in_the_wiring_is_named_before_anything_moves_further_than_announced(seed: int) -> None:
-    named(kind_of(seed), seed, Config())
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_mistake_in_the_wiring_is_named_before_anything_moves_further_than_announced(
+    kind: str, campaign: Campaign
+) -> None:
+    for case in range(campaign.size(ci=1, long=20)):
+        named(kind, campaign.rng(case).randrange(1000), Config())
 
 
 @pytest.mark.parametrize("name", ["table-top", "hall", "rewired"])
@@ -140,13 +149,13 @@ def complete(config: Config, truth: TrueConstants, seed: int, job: Path) -> Benc
 JOB = ROOT / "examples" / "01_pick_and_place.yaml"
 
 
-@pytest.mark.parametrize("name", ["", "table-top", "hall", "rewired"])
-def test_a_machine_without_mistakes_passes_whole_and_works(name: str) -> None:
-    config = load(MACHINES / f"{name}.toml") if name else Config()
-    job = MACHINES / f"{name}.yaml"
-    on = complete(config, machine_of(config), 3, job if job.exists() else JOB)
-    assert on.codes == {}
-    assert on.progress.changes == {}
+def test_a_machine_without_mistakes_passes_whole_and_works(campaign: Campaign) -> None:
+    for name in campaign.some(["", "table-top", "hall", "rewired"], ci=1):
+        config = load(MACHINES / f"{name}.toml") if name else Config()
+        job = MACHINES / f"{name}.yaml"
+        on = complete(config, machine_of(config), 3, job if job.exists() else JOB)
+        assert on.codes == {}
+        assert on.progress.changes == {}
 
 
 @pytest.mark.parametrize("fitted", [("none", "none", "none"), ("maximum", "minimum", "minimum")])
@@ -163,11 +172,11 @@ def test_a_machine_with_fewer_switches_passes_whole(fitted: tuple[str, str, str]
     assert on.person.excesses == []
 
 
-@pytest.mark.parametrize("kind", sorted(CORRECTED))
-def test_a_corrected_configuration_works(kind: str) -> None:
-    fault = faulty(Config(), 1, kind)
-    on = complete(Config(), fault.truth, 1, JOB)
-    assert on.codes[found_as(fault)[0]] == [NAMES[kind].code]
+def test_a_corrected_configuration_works(campaign: Campaign) -> None:
+    for kind in campaign.some(sorted(CORRECTED), ci=1):
+        fault = faulty(Config(), 1, kind)
+        on = complete(Config(), fault.truth, 1, JOB)
+        assert on.codes[found_as(fault)[0]] == [NAMES[kind].code]
 
 
 def test_several_mistakes_at_once_are_corrected() -> None:
@@ -205,48 +214,92 @@ def after(on: Bench, key: str, seconds: float, act: object) -> None:
     on.person.on_ask = look
 
 
-@pytest.mark.parametrize("key", READY)
-def test_ctrl_c_stops_the_motors_and_a_later_call_continues(key: str) -> None:
-    async def interrupted(moment: float) -> None:
-        on = bench(Config(), seed=3)
-        task = asyncio.ensure_future(on.run(home=key == "home.ready"))
-        after(on, key, moment, task.cancel)
-        try:
-            await task
-            assert key not in MOVES  # a step without motion may be over already
-        except asyncio.CancelledError:
-            assert await on.still()
-            if key != "home.ready":  # after a homing has begun, motors hold, as after `maya stop`
-                assert not any(on.motors_on)
-            done = [one for one, result in on.progress.results.items() if result.state.done and one != "stop"]
-            on.person.on_ask = lambda _question: None
-            on.person.asked.clear()
-            assert await on.run(home=key == "home.ready"), on.codes
-            assert "stop.press" in on.person.asked  # the emergency stop is tested at every call
-            assert not [one for one in on.person.asked if any(one.startswith(f"{step}.") for step in done)]
-        assert on.person.excesses == []
-        await on.twin.controller.close()
-
-    for moment in MOMENTS:
-        run_virtual(interrupted(moment))
-
-
-@pytest.mark.parametrize("key", MOVES)
-def test_a_lost_link_stops_the_axes_and_a_later_call_continues(key: str) -> None:
-    async def lost() -> None:
-        on = bench(Config(), seed=3)
-        virtual = on.twin.controller
-        after(on, key, 0.4, lambda: virtual.faults.inject("cut", {}))
-        with pytest.raises((LinkLost, LinkTimeout, NotConnected)):
-            await on.run(home=key == "home.ready")
-        await elapse(GUARDED)
+async def interrupted(key: str, moment: float) -> None:
+    """Fail unless Ctrl-C at a moment of a step stops the motors, and a later call continues."""
+    on = bench(Config(), seed=3)
+    task = asyncio.ensure_future(on.run(home=key == "home.ready"))
+    after(on, key, moment, task.cancel)
+    try:
+        await task
+        assert key not in MOVES  # a step without motion may be over already
+    except asyncio.CancelledError:
         assert await on.still()
+        if key != "home.ready":  # after a homing has begun, motors hold, as after `maya stop`
+            assert not any(on.motors_on)
+        done = [one for one, result in on.progress.results.items() if result.state.done and one != "stop"]
         on.person.on_ask = lambda _question: None
+        on.person.asked.clear()
         assert await on.run(home=key == "home.ready"), on.codes
-        assert on.person.excesses == []
-        await virtual.close()
+        assert "stop.press" in on.person.asked  # the emergency stop is tested at every call
+        assert not [one for one in on.person.asked if any(one.startswith(f"{step}.") for step in done)]
+    assert on.person.excesses == []
+    await on.twin.controller.close()
 
-    run_virtual(lost())
+
+@pytest.mark.timeout(1200)
+def test_ctrl_c_stops_the_motors_and_a_later_call_continues(campaign: Campaign) -> None:
+    for key, moment in campaign.some(list(product(READY, MOMENTS)), ci=4):
+        run_virtual(interrupted(key, moment))
+
+
+async def lost(key: str) -> None:
+    """Fail unless a lost link in a step stops the axes, and a later call continues."""
+    on = bench(Config(), seed=3)
+    virtual = on.twin.controller
+    after(on, key, 0.4, lambda: virtual.faults.inject("cut", {}))
+    with pytest.raises((LinkLost, LinkTimeout, NotConnected)):
+        await on.run(home=key == "home.ready")
+    await elapse(GUARDED)
+    assert await on.still()
+    on.person.on_ask = lambda _question: None
+    assert await on.run(home=key == "home.ready"), on.codes
+    assert on.person.excesses == []
+    await virtual.close()
+
+
+@pytest.mark.timeout(1200)
+def test_a_lost_link_stops_the_axes_and_a_later_call_continues(campaign: Campaign) -> None:
+    for key in campaign.some(MOVES, ci=2):
+        run_virtual(lost(key))
+
+
+def test_an_axis_that_something_stops_on_the_way_back_is_named() -> None:
+    async def stopped() -> Bench:
+        on = bench(Config(), seed=3)
+        other = await Driver.open(on.twin.controller.loopback(), timeout=1.0)
+        ending: list[asyncio.Task[str]] = []
+        after(on, "direction.a.length", 1.5 * HELD, lambda: ending.append(asyncio.create_task(other.send("STA"))))
+        await on.run(home=False)
+        await ending[0]
+        await other.close()
+        await on.twin.controller.close()
+        return on
+
+    on = run_virtual(stopped())
+    assert on.codes["direction.a"] == [errors.MotionNotCompleted.code]
+    assert on.person.excesses == []
+
+
+def test_an_axis_that_runs_away_at_rest_is_named() -> None:
+    """The encoder is reversed, and somebody touches the axis as soon as its motor is on."""
+
+    async def unstable() -> Bench:
+        fault = faulty(Config(), 3, "encoder_reversed")
+        on = bench(Config(), fault.truth, seed=3)
+        axis = "abc".index(fault.part)
+
+        def touch() -> None:
+            body = on.twin.mechanics
+            body.timelines[axis].plan(body.now, (TimelinePiece(body.now, body.position(axis) + 20.0, 0.0, 0.0),))
+
+        after(on, f"direction.{fault.part}.ready", HELD / 2.0, touch)
+        await on.run(home=False)
+        await on.twin.controller.close()
+        return on
+
+    on = run_virtual(unstable())
+    assert errors.AxisUnstable.code in set().union(*on.codes.values()), on.codes
+    assert on.person.excesses == []
 
 
 def test_quit_keeps_the_results() -> None:

@@ -132,12 +132,10 @@ def test_every_safety_register_is_tried() -> None:
 @pytest.mark.timeout(7200)
 @pytest.mark.parametrize("phase", PHASES)
 def test_every_change_in_every_phase_is_named_and_harmless(phase: str, campaign: Campaign) -> None:
-    cases = list(CASES.values())
-    campaign.rng().shuffle(cases)
     wrong: list[str] = []
-    for number in range(campaign.size(ci=2, long=len(cases))):
+    for number, case in enumerate(campaign.some(list(CASES.values()), ci=2)):
         try:
-            run_virtual(_trial(cases[number], phase, campaign.rng(number)))
+            run_virtual(_trial(case, phase, campaign.rng(number)))
         except AssertionError as found:
             wrong.append(str(found))
     assert not wrong, "\n".join(wrong)

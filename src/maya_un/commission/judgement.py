@@ -31,6 +31,7 @@ from maya_un.errors import (
     MachineError,
     MotorReversed,
     MotorsExchanged,
+    PressedSwitchInactive,
     StopInverted,
     StopNotConnected,
     StopStuck,
@@ -123,6 +124,8 @@ def _of_axis(axis: int, presses: Mapping[Side, Press]) -> list[MachineError]:
         elif answered[side] != ((axis, side),):
             inputs = ", ".join(f"{AXES[one]} {at}" for one, at in answered[side])
             found.append(SwitchAtOtherInput(side=side, axis=AXES[axis], inputs=inputs))
+        elif press.already and not press.pressed[axis, side]:
+            found.append(PressedSwitchInactive(side=side, axis=AXES[axis]))
         elif _inverted((axis, side), press):
             found.append(SwitchInverted(side=side, axis=AXES[axis]))
     return found

@@ -309,7 +309,7 @@ async def _explain_rest(axis: int, s: Commissioning, volts: float) -> None:
 async def _measured(
     axis: int, s: Commissioning, machine: GuardedMachine, motion: Motion, tolerance: float
 ) -> EncoderScaleWrong | None:
-    """QuestionKind how far an axis moved, and compare it with the encoder."""
+    """Ask how far an axis moved, and compare it with the encoder."""
     config = s.config
     step = "direction" if tolerance == COARSE else "travel"
     text = phrase("How far did {part} move [mm]?", part=PARTS[axis])

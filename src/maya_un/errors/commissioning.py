@@ -280,3 +280,15 @@ class AxisUnstable(
     """An axis ran away before it was commanded to move: the feedback is positive."""
 
     axis: str
+
+
+class PressedSwitchInactive(
+    MachineError,
+    code=2626,
+    en="Axis {axis} presses its {side} limit switch, but the input reads inactive. The switch is not connected, or it "
+    "has the opposite contact (normally open or normally closed) of the others. Check its cable and its contact.",
+):
+    """A limit switch that its axis presses reads inactive; which of two mistakes it is cannot be told from there."""
+
+    side: str | Side
+    axis: str

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from maya_un.machine.truth import MOTOR_LIMIT, Random, TrueConstants
 from maya_un.machine.wiring import AXES, SIDES
 
-OUTPUTS = 8
+OUTPUTS, NO_OUTPUT = 8, 0
 FACTORS = (0.1, 0.25, 0.5, 2.0, 4.0, 10.0)
 
 STIFF = 6.0
@@ -92,6 +92,11 @@ def _gripper_output(rng: Random, truth: TrueConstants) -> tuple[str, TrueConstan
     return "", replace(truth, gripper_output=_pick(rng, others))
 
 
+def _gripper_dead(rng: Random, truth: TrueConstants) -> tuple[str, TrueConstants]:
+    del rng
+    return "", replace(truth, gripper_output=NO_OUTPUT)
+
+
 def _gripper_inverted(rng: Random, truth: TrueConstants) -> tuple[str, TrueConstants]:
     del rng
     return "", replace(truth, gripper_closes_on=not truth.gripper_closes_on)
@@ -118,6 +123,7 @@ KINDS: dict[str, Callable[[Random, TrueConstants], tuple[str, TrueConstants]]] =
     "switch_open": _of_switch("switch_open"),
     "switches_exchanged": _of_axis("switches_exchanged"),
     "gripper_output": _gripper_output,
+    "gripper_dead": _gripper_dead,
     "gripper_inverted": _gripper_inverted,
     "stop_open": _stop("open"),
     "stop_inverted": _stop("inverted"),

@@ -86,7 +86,7 @@ def test_a_switch_that_its_axis_presses_is_judged_by_its_reading() -> None:
     assert judgement.switches(found, "ABC", -1).errors == ()
     idle = dict.fromkeys(SWITCHES, False)
     found[1, "reverse"] = Press(idle, idle, already=True)
-    assert [type(error) for error in judgement.switches(found, "ABC", -1).errors] == [errors.SwitchInverted]
+    assert [type(error) for error in judgement.switches(found, "ABC", -1).errors] == [errors.PressedSwitchInactive]
 
 
 @given(st.integers(0, 2), st.sampled_from((-1, 1)), st.floats(0.1, 2.0), st.booleans(), st.booleans())

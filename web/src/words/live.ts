@@ -27,6 +27,8 @@ export const LIVE = words({
   position: ["Gripper position", "Posición de la pinza"],
   motion: ["Motion", "Movimiento"],
   noJob: ["No job runs.", "No hay ningún trabajo en curso."],
+  asks: ["Job {job}, {name}, asks", "El trabajo {job}, {name}, pregunta"],
+  askedAgain: ["It asks again when the interrupted job goes on.", "Preguntará de nuevo cuando siga el trabajo interrumpido."],
   stepOf: ["Step {done} of {steps}", "Paso {done} de {steps}"],
   left: ["{time} left", "quedan {time}"],
   waiting: ["{count} waiting", "{count} en espera"],

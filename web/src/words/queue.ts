@@ -112,8 +112,6 @@ export const QUEUE = words({
   then: ["Then", "Entonces"],
   otherwise: ["Else", "Si no"],
   speedOf: ["Speed of step {number} in %", "Velocidad del paso {number} en %"],
-  asks: ["Job {job}, {name}, asks", "El trabajo {job}, {name}, pregunta"],
-  askedAgain: ["It asks again when the interrupted job goes on.", "Preguntará de nuevo cuando siga el trabajo interrumpido."],
   names: ["Parts and places", "Piezas y lugares"],
   namesHint: ["A name stands for coordinates. Steps then say “pick cube” instead of numbers.", "Un nombre representa unas coordenadas. Así los pasos dicen «recoger cubo» en vez de números."],
   part: ["Part", "Pieza"],
