@@ -192,6 +192,9 @@ _LEAST_NOISE = 1e-12
 _MEDIAN = 0.6744897501960817
 """Median size of a normal deviate of standard deviation 1."""
 
+_MEDIAN_NORM = 1.5381722544550522
+"""Median length of a vector of three such deviates (χ, 3 degrees of freedom)."""
+
 
 def calibrate(
     observations: Observations, now: FittedConstants, hold: Collection[str] = ("gripper_height",)
@@ -252,7 +255,7 @@ class _Problem:
     def scale(self, residuals: Floats) -> float:
         """Return the robust standard deviation of weighted residuals; at least 1 if sigma is known."""
         left = 1.0 - len(self._free) / residuals.size
-        found = float(np.median(np.abs(residuals))) / (_MEDIAN * np.sqrt(left))
+        found = float(np.median(np.linalg.norm(residuals, axis=1))) / (_MEDIAN_NORM * np.sqrt(left))
         return max(found, self._finest if self._seen.sigma is None else 1.0)
 
     def robust(self, step: Floats) -> Floats:
@@ -323,24 +326,25 @@ class _Problem:
     def _solved(self, step: Floats, rows: NDArray[np.bool_], robust_scale: float | None) -> Floats:
         from scipy.optimize import least_squares  # noqa: PLC0415 - takes half a second, and only a fit needs it
 
-        def missed(at: Floats) -> Floats:
-            return self.residuals(at)[rows].ravel()
+        unit = 1.0 if robust_scale is None else robust_scale
 
-        def slopes(at: Floats) -> Floats:
-            return self.jacobian(at)[rows].reshape(-1, len(self._free))
+        def missed(change: Floats) -> Floats:
+            return self.residuals(step + change)[rows].ravel() / unit
+
+        def slopes(change: Floats) -> Floats:
+            return self.jacobian(step + change)[rows].reshape(-1, len(self._free)) / unit
 
         tolerance = _EXACT if robust_scale is None else _ROUGH
         found = least_squares(
             missed,
-            step,
+            np.zeros(len(step)),  # the first trust region is as large as the start, or 1 if that is zero
             jac=cast("Any", slopes),
             loss="linear" if robust_scale is None else "soft_l1",
-            f_scale=1.0 if robust_scale is None else robust_scale,
             xtol=tolerance,
             ftol=tolerance,
             gtol=tolerance,
         )
-        return np.asarray(found.x, dtype=np.float64)
+        return step + np.asarray(found.x, dtype=np.float64)
 
     def _line_difference(self, step: Floats, inliers: NDArray[np.bool_], spread: float) -> LineDifference | None:
         """Return the estimate of a free e, by one Gauss-Newton step; None if the points do not determine it."""

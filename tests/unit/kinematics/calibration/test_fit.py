@@ -47,6 +47,18 @@ def test_points_without_noise_give_the_machine_back() -> None:
     assert found.outliers == ()
 
 
+@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize("share", [1.0, 1e-3])
+def test_one_wrong_constant_is_found(name: str, share: float) -> None:
+    """Then most coordinates of the points may be right, and the bearing of the points may differ by rounding only."""
+    wrong = TRUTH._replace(**{name: getattr(TRUTH, name) + share * getattr(TYPICAL, name)})
+    found = calibrate(a_set(16, noise=0.0), wrong)
+    for each in FREE:
+        off = (getattr(found.fitted, each) - getattr(TRUTH, each)) / getattr(TYPICAL, each)
+        assert abs(off) < 1e-5, each
+    assert found.outliers == ()
+
+
 def test_result_lies_about_the_truth_as_the_covariance_predicts(campaign: Campaign) -> None:
     """Over many machines, (θ − truth)ᵀ C⁻¹ (θ − truth) follows χ² with as many degrees as constants."""
     squares: list[float] = []
