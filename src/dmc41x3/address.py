@@ -93,7 +93,13 @@ def split(address: str) -> tuple[str, int]:
 
     Raises `ValueError` with the reason in words; `sim` and `real` are no hosts.
     """
+    if "://" in address:
+        raise ValueError(
+            phrase("it must be HOST or HOST:PORT, without {scheme}", scheme=address.partition("//")[0] + "//")
+        )
     host, _, port = address.partition(":")
+    if re.fullmatch(r"[0-9.]+", host) and not _is_ipv4(host):
+        raise ValueError(phrase("an address of numbers must be like 192.168.1.20"))
     if host in {SIM, REAL} or not re.fullmatch(r"[A-Za-z0-9](?:[A-Za-z0-9._-]*[A-Za-z0-9])?", host):
         raise ValueError(phrase("it must be HOST or HOST:PORT"))
     if address == host:
@@ -101,6 +107,11 @@ def split(address: str) -> tuple[str, int]:
     if not re.fullmatch(r"[0-9]{1,5}", port) or not 0 < int(port) < 65536:
         raise ValueError(phrase("the port behind the colon must be 1 to 65535"))
     return host, int(port)
+
+
+def _is_ipv4(host: str) -> bool:
+    parts = host.split(".")
+    return len(parts) == 4 and all(part.isdigit() and int(part) < 256 for part in parts)
 
 
 def _choices() -> str:

@@ -7,16 +7,17 @@ written without its unit.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf, isfinite, pi
 from reprlib import repr
 from typing import NamedTuple
 
-from dmc41x3.i18n import phrase
+from dmc41x3.i18n import Phrase, phrase
 from maya_un.errors import InvalidValue
 from maya_un.values import FARTHEST, WITHIN, Joints, Point
 
 _NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµ°%]*)")
+_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 class QuantityKind(NamedTuple):
@@ -53,7 +54,9 @@ DURATION = QuantityKind(
     {"": 1.0, "s": 1.0, "min": 60.0, "h": 3600.0, "d": 86400.0},
     phrase("a duration is a number in s, or with s, min, h or d behind it"),
 )
-SHARE = QuantityKind({"": 1.0, "%": 0.01}, phrase("a share is a number, or with % behind it"))
+SHARE = QuantityKind({"": 1.0, "%": 0.01}, phrase("a share is a number, or with % behind it"), most=1.0, usual="%")
+
+_UNITS = (LENGTH.units.keys() | ANGLE.units.keys() | SHARE.units.keys()) - {""}
 
 
 def length(text: str, key: str) -> float:
@@ -97,6 +100,7 @@ def _plain_or_text(data: object, key: str, kind: QuantityKind) -> float:
         number = inf
     if not isfinite(number):
         raise InvalidValue(key=key, value=repr(data), reason="it is not finite")
+    _require_plausible(number, key, f"{number:g}", kind)
     return number
 
 
@@ -157,7 +161,7 @@ def quantity(text: str, key: str, kind: QuantityKind) -> float:
     """Return a text as a quantity of a kind, in SI; raises `InvalidValue` naming `key`."""
     found = _NUMBER.fullmatch(text.strip())
     if found is None or found[2] not in kind.units:
-        raise InvalidValue(key=key, value=repr(text), reason=kind.rule)
+        raise InvalidValue(key=key, value=repr(text), reason=_with_point(text, kind) or kind.rule)
     value = float(found[1]) * kind.units[found[2]]
     if not isfinite(value):
         raise InvalidValue(key=key, value=repr(text), reason="it is not finite")
@@ -187,6 +191,26 @@ def _in_data(data: object, key: str, kind: QuantityKind) -> float:
     return _within(number, data, key)
 
 
+def join_units(words: Sequence[str]) -> list[str]:
+    """Return the words of a command line with each unit joined to its number: `90 deg` becomes `90deg`."""
+    joined: list[str] = []
+    for word in words:
+        if joined and word in _UNITS and _is_bare(joined[-1]):
+            joined[-1] += word
+        else:
+            joined.append(word)
+    return joined
+
+
+def _with_point(text: str, kind: QuantityKind) -> Phrase | None:
+    """Return the right form of a text with a decimal comma, None for another text."""
+    right, commas = _COMMA.subn(".", text.strip())
+    found = _NUMBER.fullmatch(right)
+    if commas != 1 or found is None or found[2] not in kind.units:
+        return None
+    return phrase("a decimal number has a point: write {text}", text=right)
+
+
 def _is_bare(text: str) -> bool:
     found = _NUMBER.fullmatch(text.strip())
     return found is not None and not found[2]
@@ -201,6 +225,9 @@ def _within(number: float, value: object, key: str) -> float:
 def _require_plausible(value: float, key: str, text: str, kind: QuantityKind) -> None:
     """Refuse a plain number that was probably meant in the usual unit; one beyond all bounds has its own reason."""
     if kind.most < abs(value) <= FARTHEST:
+        if kind is SHARE:
+            reason = phrase("it is more than 100 %; for percent write {text}%", text=text)
+            raise InvalidValue(key=key, value=text, reason=reason)
         raise InvalidValue(
             key=key,
             value=text,

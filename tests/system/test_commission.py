@@ -68,7 +68,10 @@ def test_every_kind_of_mistake_has_a_name() -> None:
 
 
 def found_as(fault: WiringFault) -> tuple[str, str]:
-    """Return the step that finds a mistake, and a word of its sentence: the part."""
+    """Return the step that finds a mistake, and a word of its sentence: the part.
+
+    Too little torque may be enough for the first short move; then the step of the travel finds it.
+    """
     name = fault.part.split()[0] if fault.part else ""
     match fault.kind.split("_")[0]:
         case "stop" | "gripper" as step:
@@ -94,9 +97,9 @@ def named(kind: str, seed: int, config: Config) -> None:
     name = NAMES[kind]
     if name in READ_AT_REST and on.person.answers.get(f"limits.{fault.part.replace(' ', '.')}.press") == ALREADY:
         name = errors.PressedSwitchInactive
-    assert on.codes.get(step) == [name.code], (fault.kind, fault.part, on.codes)
-    assert set().union(*on.codes.values()) == {name.code}
-    assert f" {part}" in on.progress.results[step].errors[0][1]
+    at = step.replace("direction", "travel") if kind == "torque_low" and step not in on.codes else step
+    assert on.codes == {at: [name.code]}, (fault.kind, fault.part, on.codes)
+    assert f" {part}" in on.progress.results[at].errors[0][1]
     assert on.person.excesses == []
     assert not any(on.motors_on)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from copy import copy
+from difflib import get_close_matches
 from functools import cache
 
 import typer
@@ -54,8 +57,12 @@ def _name(info: CommandInfo | TyperInfo) -> str:
     return info.name or get_command_name(getattr(info.callback, "__name__", ""))
 
 
-def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, program: str) -> int:
+def run(
+    app: typer.Typer, arguments: list[str], settings: OutputSettings, program: str, others: Sequence[str] = ()
+) -> int:
     """Execute a command line of `program` and return its exit code.
+
+    `others` are commands outside `app`: a misspelt one is suggested.
 
     Raises `InvalidCommandLine` if the command line is not valid, and the errors of the command.
     """
@@ -64,9 +71,29 @@ def run(app: typer.Typer, arguments: list[str], settings: OutputSettings, progra
         code = command.main(arguments, prog_name=program, standalone_mode=False, obj=settings)
     except typer.TyperException as error:
         context = getattr(error, "ctx", None)
-        reason = _clause(error.format_message()) or phrase("the command is incomplete")
+        reason = _unknown_option(arguments, context) or _clause(error.format_message())
+        meant = get_close_matches(arguments[0], others, 1) if arguments else []
+        if meant and reason == f"No such command {arguments[0]!r}":
+            reason += f". Perhaps you meant {meant[0]!r}"
+        reason = reason or phrase("the command is incomplete")
         raise InvalidCommandLine(reason=reason, command=context.command_path if context else program) from error
     return code if isinstance(code, int) else console.DONE
+
+
+def _unknown_option(arguments: list[str], context: typer.Context | None) -> str:
+    """Return the parser's message about the first option that a command does not have, which it took for an argument.
+
+    Commands take what they do not know for an argument, because a negative number begins like an option.
+    """
+    if context is None or not context.ignore_unknown_options:
+        return ""
+    known = [name for parameter in context.command.params for name in parameter.opts if name.startswith("--")]
+    for word in arguments:
+        name = word.partition("=")[0]
+        if name.startswith("--") and len(name) > 2 and name not in {*known, *context.help_option_names}:
+            others = ", ".join(get_close_matches(name, known))
+            return f"No such option: {name} (Possible options: {others})" if others else f"No such option: {name}"
+    return ""
 
 
 _PARSER = (
@@ -82,16 +109,24 @@ _PARSER = (
     marked("Option {name} does not take a value", PHRASE),
     marked("Argument {name} takes {count} values", PHRASE),
     marked("Invalid value for {name}: {reason}", PHRASE),
-    marked("{value} is not a valid integer", PHRASE),
-    marked("{value} is not a valid float", PHRASE),
-    marked("{value} is not a valid int range", PHRASE),
-    marked("{value} is not a valid float range", PHRASE),
+    marked("{value} is not a whole number", PHRASE),
+    marked("{value} is not a number", PHRASE),
     marked("{value} is not in the range {range}", PHRASE),
     marked("{value} is not one of {choices}", PHRASE),
 )
 """Messages of the parser, as `_clause` returns them: they are translated as phrases of ours."""
 
 
+_KINDS = (
+    (re.compile(r"a valid int(eger)?( range)?$"), "a whole number"),
+    (re.compile(r"a valid float( range)?$"), "a number"),
+)
+"""Names of types in the parser's messages, and what people call them."""
+
+
 def _clause(message: str) -> str:
-    """Return the parser's message without the ending that the error's sentence adds."""
-    return " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
+    """Return the parser's message in our words, without the ending that the error's sentence adds."""
+    text = " ".join(message.split()).replace(" Did you mean", " Perhaps you meant").rstrip(".?")
+    for found, words in _KINDS:
+        text = found.sub(words, text)
+    return text

@@ -77,7 +77,7 @@ def run(arguments: list[str], settings: OutputSettings) -> int:
 
     Example: maya run examples/01_pick_and_place.yaml --dry-run
     """
-    return parsing.run(app, arguments, settings._replace(site=MAYA), "maya")
+    return parsing.run(app, arguments, settings._replace(site=MAYA), "maya", others=("status", "stop"))
 
 
 @app.command(**_HOW)

@@ -157,6 +157,11 @@ class Commissioning:
         self._fatal = True
         self._note(error)
 
+    @property
+    def has_found(self) -> bool:
+        """Whether this step has found a mistake that a person must remove."""
+        return self._fatal
+
     def _note(self, error: MayaError) -> None:
         self._result.errors.append((error.code, str(error)))
         self.person.tell(phrase("error {code}: {text}", code=error.code, text=error))

@@ -356,8 +356,8 @@ async def _back(axis: int, s: Commissioning, machine: GuardedMachine, motion: Mo
 
 def _require_arrived(axis: int, s: Commissioning, machine: GuardedMachine, motion: Motion) -> None:
     missing = motion.counts - motion.moved(axis)
-    if not motion.tripped and abs(missing) <= machine.error_limit(axis):
-        return
+    if s.has_found or (not motion.tripped and abs(missing) <= machine.error_limit(axis)):
+        return  # a mistake that was found, as too little torque, explains what is missing
     scale = machine.units.per_unit[axis]
     reason = phrase("its motor was switched off") if motion.tripped else phrase("it stopped")
     s.found(
