@@ -113,12 +113,6 @@ def has_units(data: object) -> bool:
     return isinstance(data, str) and not _is_bare(data) and _NUMBER.fullmatch(data.strip()) is not None
 
 
-def is_angle(text: str) -> bool:
-    """Return whether a text is a number with a unit of angles."""
-    found = _NUMBER.fullmatch(text.strip())
-    return found is not None and found[2] != "" and found[2] in ANGLE.units
-
-
 def step(text: str, key: str, kind: QuantityKind) -> float:
     """Return the distance of a jog in SI; raises `InvalidValue` naming `key`, also for a long one without a unit."""
     value = _coordinate(text, key, kind)

@@ -11,7 +11,9 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 _MISSING = phrase("it is missing")
-_UNKNOWN = phrase("there is no such key")
+UNKNOWN = phrase("there is no such key")
+"""Why a key is refused that a mapping does not have."""
+
 _TRUTH = phrase("it must be true or false")
 _WHOLE = phrase("it must be a whole number")
 _NUMBER = phrase("it must be a number")
@@ -25,8 +27,8 @@ _MOST = marked("its length must be at most {max_length}", PHRASE)
 _TEMPLATES = {
     "missing": _MISSING,
     "missing_argument": _MISSING,
-    "extra_forbidden": _UNKNOWN,
-    "unexpected_keyword_argument": _UNKNOWN,
+    "extra_forbidden": UNKNOWN,
+    "unexpected_keyword_argument": UNKNOWN,
     "greater_than": marked("it must be greater than {gt}", PHRASE),
     "greater_than_equal": marked("it must be at least {ge}", PHRASE),
     "less_than": marked("it must be less than {lt}", PHRASE),

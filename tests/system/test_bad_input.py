@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -197,6 +198,156 @@ CONFIGS = {
 def test_configurations(line: str, text: str, code: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "c.toml").write_text(text)
     refused(line.split(), code, capsys)
+
+
+MISTAKES = [
+    ("pick 500 1200 400", "for mm write 500 mm"),
+    ("place 500mm 1200mm 400", "z = 400 .* write 400 mm"),
+    ("approach 0.5 1.2 400", "write 400 mm"),
+    ("line 500 300 400", "write 500 mm"),
+    ("reach 500 300 400", "write 500 mm"),
+    ("ik 0.5 1200 0.4", "y = 1200 .* write 1200 mm"),
+    ("pick 1e3 1.2", "write 1e3 mm"),
+    ("move 120 1.5 1.5", "for deg write 120 deg"),
+    ("fk 120 1.5 1.5", "write 120 deg"),
+    ("fk 0.5 1500 1.5", "b = 1500 .* write 1500 mm"),
+    ("move 30mm 1.5 1.5", "a number in rad, or with rad, mrad or deg"),
+    ("move 0.5 1.5rad 1.5", "a number in m, or with m, cm, mm or um"),
+    ("line 0.5 1.2 0.4rad", "a number in m, or with"),
+    ("pick 0.5 30deg", "y = '30deg' .* a length"),
+    ("pick 0,5 1.2", "a decimal number has a point: write 0.5"),
+    ("pick 0.5 1,25m", "write 1.25m"),
+    ("speed 0,5", "write 0.5"),
+    ("pick 1/2 1.2", "a length is a number"),
+    ("pick 0.5 1.2in", "m, cm, mm or um"),
+    ("pick 0.5 1.2 −0.4", "a length is a number"),
+    ("pick x=0.5 y=1.2", "x = 'x=0.5'"),
+    ("pick cube", "There is no 'cube'"),
+    ("pick 0.5 1.2 0.4 foot", "extra argument.*foot"),
+    ("jog x 0.5", "write 0.5 m or 0.5 mm"),
+    ("jog x 100", "write 100 mm"),
+    ("jog a 5", "write 5 rad or 5 deg"),
+    ("jog a 30", "write 30 deg"),
+    ("jog a 10mm", "an angle is a number"),
+    ("jog b 5deg", "a length is a number"),
+    ("jog q 10mm", "a, b, c, x, y, z, r"),
+    ("jog 10mm x", "a, b, c, x, y, z, r"),
+    ("jog x", "DISTANCE is missing"),
+    ("speed 50", "for percent write 50%"),
+    ("speed 150%", "at most 1"),
+    ("speed 0", "at least 0.01"),
+    ("speed half", "or with % behind it"),
+    ("gripper opened", "'open', 'close'"),
+    ("gripper 50%", "'open', 'close'"),
+    ("home --speed 50", "No such option: --speed"),
+    ("run job.yaml --dryrun", "--dry-run"),
+    ("run job.yaml --speed 50%", "'50%' is not a number"),
+    ("run job.yaml --seed one", "'one' is not a whole number"),
+    ("job cancel 1st", "'1st' is not a whole number"),
+    ("job show", "Missing argument 'JOB'"),
+    ("stauts", "'status'"),
+    ("sotp", "'stop'"),
+    ("hmoe", "'home'"),
+    ("zone add", "'zones'"),
+    ("run nowhere.yaml", "No such file"),
+    ("run .", "Is a directory"),
+    ("config check nowhere.toml", "No such file"),
+    ("up --address 192.168.1", "like 192.168.1.20"),
+    ("up --address http://192.168.1.20", "without http://"),
+    ("up --address 192.168.1.20:http", "1 to 65535"),
+    ("up --address /dev/nothing", "`dmc find` lists the ports"),
+    ("up --port 70000", "0<=x<=65535"),
+    ("up --port http", "not a whole number"),
+    ("up --speed 0", "above 0 and at most 1000"),
+    ("up --speed 20 --address 192.168.1.20", "Omit `--speed`"),
+    ("up --listen 0.0.0.0", "--tls-cert and --tls-key"),
+    ("up --truth nowhere.toml", "No such file"),
+    ("dmc send 192.168.1 TP", "like 192.168.1.20"),
+    ("dmc fault lattency", "Choose one of: latency"),
+    ("dmc fault latency seconds=fast", "a number from 0 to 60 s"),
+    ("dmc fault latency delay=1", "jitter, seconds"),
+    ("dmc assign 192.168.1 192.168.1.20", "like 00:50:4C"),
+    ("replay nowhere.db", "no recording"),
+    ("user add ana --role boss", "'student', 'operator', 'admin'"),
+    ("--lang fr status", "one of en, es"),
+    ("--units inch status", "one of mm, si"),
+    ("datum give 500 1.2 1.2", "write 500 deg"),
+    ("datum move a 5", "5 rad or 5 deg"),
+    ("logs --since yesterday", "like 10m or 2h"),
+]
+"""Command lines with a mistake, and what the answer must name: mostly the right form."""
+
+JOB_MISTAKES = [
+    ("steps: [{pick: [500, 1200, 400]}]", "line 1, column 10.*write 500 mm"),
+    ("places: {tray: [500, 300, 400]}\nsteps: [{line: tray}]", "places.tray.*write 500 mm"),
+    ("steps: [{move: {a: 30, b: 1.5, c: 1.5}}]", "write 30 deg"),
+    ("steps: [{move: {a: 0.5, b: 1500, c: 1500}}]", "write 1500 mm"),
+    ("steps: [{move: {a: 0.5, b: 1.5 rad, c: 1.5}}]", "a length is a number in m"),
+    ("steps: [{pick: ['0,5', 1.2]}]", "write 0.5"),
+    ("steps: [{pick: [0,5, 1,2]}]", r"\[x, y\] or \[x, y, z\]"),
+    ("steps: [{pick: [20 in, 1.2]}]", "m, cm, mm or um"),
+    ("steps: [{line: [0.5, 1.2, 0.4], speed: 50}]", "write 50%"),
+    ("steps: [{line: [0.5, 1.2, 0.4], speed: slow}]", "or with % behind it"),
+    ("steps: [{wait: 500 ms}]", "s, min, h or d"),
+    ("steps: [{wait: -1 s}]", "more than 0 s"),
+    ("steps: [{set: {output: 99, on: true}}]", "between 1 and 8"),
+    ("steps: [{if: {input: 1}}]", "like {input: 3, is: on}"),
+    ("steps: [{home: {speed: 50}}]", "write `- home`"),
+    ("steps: [{pik: [0.5, 1.2]}]", "known are home, pick"),
+    ("step: [home]", "error at step .*known are .*steps"),
+    ("parts: {cube: [0.5, 1.2]}\nsteps: [{pick: cubo}]", "one of: cube"),
+    ("steps: [{gripper: opened}]", "'open', 'close'"),
+    ("steps: [home]\nrepeat: -1", "line 2.*between 1 and 10000"),
+    ("steps:\n\t- home", "line begins with a tab"),
+    ("steps: home", "must be a list"),
+    ('{"steps": ["home"', "line 1"),
+    ("steps: [{pick: 2026-11-27}]", r"\[x, y\]"),
+]
+"""Jobs with a mistake, and what the answer must name."""
+
+CONFIG_MISTAKES = [
+    ("[geometry]\nheight = 2350", "line 2.*write 2350 mm"),
+    ('[geometry]\nheight = "2350"', "a text like 30 mm"),
+    ("[geometry]\nheight = 2350 mm", 'line 2: write height = "2350 mm"'),
+    ("[geometry]\nheight = 2,35", r"line 2: write height = 2\.35\."),
+    ('[geometry]\nheight = "2,35 m"', "write 2.35 m"),
+    ("[axes.a]\nmaximum = 120", "write 120 deg"),
+    ('[axes.a]\nmaximum = "120 mm"', "an angle is a number"),
+    ('[axes.b]\nmaximum = "120 deg"', "a length is a number"),
+    ("[axes.b]\nmaximum = 2400", "write 2400 mm"),
+    ("[geometry]\nheigth = 2.35", "perhaps height"),
+    ("[geometri]\nheight = 2.35", "perhaps geometry"),
+    ('[axes.a]\nletter = "X"', "'A', 'B', 'C'"),
+    ('[axes.a]\nswitches = "left"', "'both', 'minimum', 'maximum', 'none'"),
+    ('[safety]\nself_locking = "yes"', "true or false"),
+    ("[axes.b]\nminimum = 2.0\nmaximum = 0.5", "smaller than maximum"),
+    ('[controller]\naddress = "http://192.168.1.20"', "without http://"),
+    ('[[zones]]\nname = "wall"\nkind = "wall"', "box, cylinder, half_space"),
+    ("[[zones]]\nname = 'w'\nkind = 'box'\nlow = [0, 0, 0]\nhigh = [500, 1, 1]", "write 500 mm"),
+]
+"""Configurations with a mistake, and what the answer must name."""
+
+
+def test_mistakes_are_answered_with_the_right_form(
+    found: Robot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "job.yaml").write_text("steps: [home]")
+    cases = [(line, None, "", form) for line, form in MISTAKES]
+    cases += [("run bad.yaml", "bad.yaml", text, form) for text, form in JOB_MISTAKES]
+    cases += [("config check bad.toml", "bad.toml", text, form) for text, form in CONFIG_MISTAKES]
+    assert len(cases) >= 100
+    wrong: list[str] = []
+    before = len(found.wire)
+    for line, file, text, form in cases:
+        if file is not None:
+            (tmp_path / file).write_text(text)
+        code = main(line.split())
+        answer = capsys.readouterr()
+        if code == 0 or re.search(form, answer.err) is None or "Traceback" in answer.out + answer.err:
+            wrong.append(f"{line} {text!r}: {code} {answer.err.strip()}, not {form!r}")
+    assert not wrong, "\n".join(wrong)
+    assert found.wire[before:] == []
 
 
 BODIES = [

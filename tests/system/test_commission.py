@@ -196,6 +196,9 @@ READY = [
     *(f"{step}.{axis}.ready" for step in ("direction", "travel") for axis in "abc"),
     "home.ready",
 ]
+CLOSE = 210
+"""The seed of a machine whose boom stands 0.2° from its limit switch."""
+
 MOVES = [key for key in READY if key.startswith(("direction", "travel", "home"))]
 GUARDED = 3.0
 """Time within which the guard in the controller has stopped the axes after a loss of the link [s]."""
@@ -302,6 +305,19 @@ def test_an_axis_that_runs_away_at_rest_is_named() -> None:
 
     on = run_virtual(unstable())
     assert errors.AxisUnstable.code in set().union(*on.codes.values()), on.codes
+    assert on.person.excesses == []
+
+
+def test_an_axis_close_to_a_switch_is_tested_in_the_other_direction() -> None:
+    async def close() -> Bench:
+        on = bench(Config(), seed=CLOSE)
+        await on.run(home=False)
+        await on.twin.controller.close()
+        return on
+
+    on = run_virtual(close())
+    assert "direction.a.other.seen" in on.person.asked
+    assert on.codes == {}
     assert on.person.excesses == []
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_un.errors import InvalidValue
-from maya_un.quantities import ANGLE, LENGTH, angle, angle_in, length, length_in, share, step
+from maya_un.quantities import ANGLE, LENGTH, angle, angle_in, join_units, length, length_in, share, share_in, step
 from maya_un.values import FARTHEST
 
 
@@ -97,3 +97,35 @@ def test_invalid_coordinate_is_refused_as_everywhere(text: str) -> None:
 def test_length_is_not_an_angle() -> None:
     with pytest.raises(InvalidValue):
         angle("30mm", "a")
+
+
+@pytest.mark.parametrize(("text", "right"), [("0,5", "0.5"), ("-1,25 mm", "-1.25 mm"), ("1,5cm", "1.5cm")])
+def test_a_decimal_comma_is_refused_with_the_point_in_its_place(text: str, right: str) -> None:
+    for read in (lambda: length(text, "x"), lambda: length_in(text, "x")):
+        with pytest.raises(InvalidValue, match="point: write"):
+            read()
+    with pytest.raises(InvalidValue, match=f"write {right}[.]$"):
+        length(text, "x")
+
+
+@pytest.mark.parametrize("value", [50, 1.5, 100])
+def test_a_share_above_one_is_refused_in_favour_of_percent(value: float) -> None:
+    for read in (lambda: share(f"{value}", "RATIO"), lambda: share_in(value, "RATIO")):
+        with pytest.raises(InvalidValue, match=f"write {value:g}%"):
+            read()
+    assert share(f"{value}%", "RATIO") == pytest.approx(value / 100)
+
+
+@pytest.mark.parametrize(
+    ("line", "joined"),
+    [
+        ("move 30 deg 1.5 m 1500 mm", "move 30deg 1.5m 1500mm"),
+        ("speed 50 %", "speed 50%"),
+        ("pick 0.5 1.2 --json", "pick 0.5 1.2 --json"),
+        ("pick m mm 5 cube", "pick m mm 5 cube"),
+        ("jog x -5 mm mm", "jog x -5mm mm"),
+        ("", ""),
+    ],
+)
+def test_a_unit_joins_the_number_before_it(line: str, joined: str) -> None:
+    assert " ".join(join_units(line.split())) == joined

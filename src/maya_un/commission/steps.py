@@ -208,7 +208,10 @@ async def _direction(axis: int, s: Commissioning) -> None:
     way, levels = machine.distance(axis), machine.levels(axis)
     look = await machine.look()
     way = -way if look.forward[axis] else way
-    motion, seen = await _first_motion(axis, s, machine, way)
+    motion, seen = await _first_motion(axis, s, machine, way, "")
+    if motion.after.met(axis, SIDES[way > 0.0]):  # it stood close to this switch
+        way = -way
+        motion, seen = await _first_motion(axis, s, machine, way, ".other")
     trial = machine.trial(motion)
     s.read(counted=length_text(axis, motion.moved(axis) / machine.units.per_unit[axis]))
     if judgement.nothing_moved(trial, seen):
@@ -232,11 +235,13 @@ async def _direction(axis: int, s: Commissioning) -> None:
     await _back(axis, s, machine, motion)
 
 
-async def _first_motion(axis: int, s: Commissioning, machine: GuardedMachine, way: float) -> tuple[Motion, Seen | None]:
+async def _first_motion(
+    axis: int, s: Commissioning, machine: GuardedMachine, way: float, suffix: str
+) -> tuple[Motion, Seen | None]:
     """Try with more and more torque, until something moves."""
     level, levels = 0, machine.levels(axis)
     while True:
-        motion, seen = await _try(axis, s, machine, way, levels[level], f".{level}" if level else "")
+        motion, seen = await _try(axis, s, machine, way, levels[level], f"{suffix}.{level}" if level else suffix)
         trial = machine.trial(motion)
         blocked = motion.tripped and judgement.direction(trial, seen) is None
         if level + 1 == len(levels) or not (blocked or judgement.nothing_moved(trial, seen)):

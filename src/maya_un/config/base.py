@@ -10,7 +10,7 @@ from pydantic_core import ErrorDetails
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue
-from maya_un.quantities import angle_in, is_angle, length_in
+from maya_un.quantities import angle_in, length_in
 from maya_un.validation import reason_of
 
 
@@ -28,18 +28,15 @@ def _length(value: object) -> object:
     return _in_si(value, length_in)
 
 
-def _stroke(value: object) -> object:
-    """Return the end of a stroke: it is an angle for axis a, and a length for b and c."""
-    if not isinstance(value, str):
-        return value
-    return _in_si(value, angle_in if is_angle(value) else length_in)
+def _angle(value: object) -> object:
+    return _in_si(value, angle_in)
 
 
 LENGTH = BeforeValidator(_length)
 """Reads a number [m] or a text with a unit."""
 
-STROKE_END = BeforeValidator(_stroke)
-"""Reads a number [rad or m] or a text with a unit."""
+ANGLE = BeforeValidator(_angle)
+"""Reads a number [rad] or a text with a unit."""
 
 Metres = Annotated[float, Field(gt=0.0, le=10.0), LENGTH]
 """A length: a number [m] or a text like "500 mm"."""

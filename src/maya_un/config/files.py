@@ -21,6 +21,7 @@ from maya_un.config.base import Flaw, flaws
 from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
+from maya_un.validation import UNKNOWN
 
 
 def load(path: Path | None = None, base: Config | None = None) -> Config:
@@ -81,7 +82,7 @@ def _keys(text: str, place: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # broken TOML, numbers and nesting beyond all bounds
-        raise FileUnreadable(path=place, reason=phrase("it is not TOML: {error}", error=error)) from error
+        raise FileUnreadable(path=place, reason=toml_reason(text, error)) from error
 
 
 def parse(keys: dict[str, Any], base: Config | None = None) -> Config:
@@ -97,7 +98,37 @@ def checked(keys: dict[str, Any], base: Config | None = None) -> tuple[Config | 
     try:
         return Config.model_validate(_overlay((base or Config()).model_dump(exclude_none=True), keys)), []
     except ValidationError as error:
-        return None, flaws(error, tuple(KINDS))
+        return None, [_with_nearest(one) for one in flaws(error, tuple(KINDS))]
+
+
+def _with_nearest(found: Flaw) -> Flaw:
+    """Return a flaw; that of an unknown key names the nearest key of its section."""
+    if found.reason != UNKNOWN:
+        return found
+    from difflib import get_close_matches  # noqa: PLC0415 - only for a mistake
+
+    section, _, name = found.key.rpartition(".")
+    model: Any = Config
+    for part in filter(None, section.split(".")):
+        model = model.model_fields[part].annotation if isinstance(model, type) and part in model.model_fields else None
+    nearest = get_close_matches(name, getattr(model, "model_fields", ()), 1)
+    return found._replace(reason=phrase("there is no such key; perhaps {name}", name=nearest[0])) if nearest else found
+
+
+def toml_reason(text: str, error: Exception) -> str:
+    """Return why a text is not TOML; a unit outside quotes and a decimal comma have their own remedy."""
+    for found in _VALUE.finditer(text):
+        key, number, unit = found.groups()
+        if unit or "," in number:
+            right = number.replace(",", ".")
+            right = f'"{right} {unit}"' if unit else right
+            line = text.count("\n", 0, found.start(1)) + 1
+            return phrase("line {line}: write {key} = {right}", line=line, key=key, right=right)
+    return phrase("it is not TOML: {error}", error=error)
+
+
+_VALUE = re.compile(r"^[ \t]*([\w.-]+)[ \t]*=[ \t]*([+-]?\d+(?:[.,]\d+)?)[ \t]*([A-Za-zµ°%]*)[ \t]*(?:#.*)?$", re.M)
+"""A key, a number, and perhaps a unit: alone in a line."""
 
 
 def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from pydantic import (
 from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
 from maya_un import manual
-from maya_un.config.base import LENGTH, STROKE_END, ConfigSection, Contradiction, Metres, flaw
+from maya_un.config.base import ANGLE, LENGTH, ConfigSection, Contradiction, Metres, flaw
 from maya_un.errors import InvalidRequest
 from maya_un.namespace import robot_name
 
@@ -261,11 +261,11 @@ class Scale(ConfigSection):
 
 
 class AxisConfig(ConfigSection):
-    """One axis: its letter on the controller, its stroke, its registers."""
+    """One axis: its letter on the controller, its stroke in the unit of its kind, its registers."""
 
     letter: Annotated[Letter, Field(description="letter of the axis on the controller")]
-    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad or m]"), STROKE_END]
-    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad or m]"), STROKE_END]
+    minimum: float
+    maximum: float
     speed_counts: Annotated[int, Field(ge=2, le=15_000_000, description="SP, slew speed [counts/s]")]
     acceleration_counts: Annotated[Register, Field(ge=1024, description="AC, acceleration [counts/s2]")]
     deceleration_counts: Annotated[Register, Field(ge=1024, description="DC, deceleration [counts/s2]")]
@@ -306,8 +306,22 @@ class AxisConfig(ConfigSection):
         return self
 
 
-def _line(letter: Letter, minimum: float, maximum: float) -> AxisConfig:
-    return AxisConfig(
+class BoomConfig(AxisConfig):
+    """Axis a, which turns the boom."""
+
+    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad]"), ANGLE]
+    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad]"), ANGLE]
+
+
+class LineConfig(AxisConfig):
+    """Axis b or c, a line of variable length."""
+
+    minimum: Annotated[float, Field(le=10.0, description="lower end of the stroke [m]"), LENGTH]
+    maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [m]"), LENGTH]
+
+
+def _line(letter: Letter, minimum: float, maximum: float) -> LineConfig:
+    return LineConfig(
         letter=letter,
         minimum=minimum,
         maximum=maximum,
@@ -320,8 +334,8 @@ def _line(letter: Letter, minimum: float, maximum: float) -> AxisConfig:
     )
 
 
-def _boom() -> AxisConfig:
-    return AxisConfig(
+def _boom() -> BoomConfig:
+    return BoomConfig(
         letter="A",
         minimum=manual.STROKES[0][0],
         maximum=manual.STROKES[0][1],
@@ -337,9 +351,9 @@ def _boom() -> AxisConfig:
 class Axes(ConfigSection):
     """The three axes."""
 
-    a: AxisConfig = Field(default_factory=_boom)
-    b: AxisConfig = Field(default_factory=lambda: _line("B", *manual.STROKES[1]))
-    c: AxisConfig = Field(default_factory=lambda: _line("C", *manual.STROKES[2]))
+    a: BoomConfig = Field(default_factory=_boom)
+    b: LineConfig = Field(default_factory=lambda: _line("B", *manual.STROKES[1]))
+    c: LineConfig = Field(default_factory=lambda: _line("C", *manual.STROKES[2]))
 
     def __getitem__(self, index: int) -> AxisConfig:
         return (self.a, self.b, self.c)[index]

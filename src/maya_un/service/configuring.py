@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from dmc41x3.i18n import phrase, translations
 from maya_un.config import Config
 from maya_un.config.base import Flaw
-from maya_un.config.files import alone, checked, merged, replace, shown, text_of, written
+from maya_un.config.files import alone, checked, merged, replace, shown, text_of, toml_reason, written
 from maya_un.config.settings import Setting, flat, sections, settings
 from maya_un.errors import InvalidConfig, InvalidRequest
 from maya_un.process.computation import MOST_TEXT
@@ -135,7 +135,7 @@ def _parsed(text: str) -> _Draft:
     try:
         keys = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        return _Draft(text, None, [Flaw("", text[:40], phrase("it is not TOML: {error}", error=error))])
+        return _Draft(text, None, [Flaw("", text[:40], toml_reason(text, error))])
     return _Draft(text, *checked(keys))
 
 

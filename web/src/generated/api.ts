@@ -33,12 +33,19 @@ export interface AuditLine {
 }
 
 export interface Axes {
-  a?: AxisConfig;
-  b?: AxisConfig;
-  c?: AxisConfig;
+  a?: BoomConfig;
+  b?: LineConfig;
+  c?: LineConfig;
 }
 
-export interface AxisConfig {
+export interface Band {
+  step: number;
+  phase: string;
+  start: number;
+  end: number;
+}
+
+export interface BoomConfig {
   letter: "A" | "B" | "C";
   minimum: number;
   maximum: number;
@@ -50,13 +57,6 @@ export interface AxisConfig {
   error_limit_counts: number;
   jerk_counts: number | null;
   switches: "both" | "minimum" | "maximum" | "none";
-}
-
-export interface Band {
-  step: number;
-  phase: string;
-  start: number;
-  end: number;
 }
 
 export interface BoxConfig {
@@ -587,6 +587,20 @@ export interface LeaseView {
   offered_to: string | null;
   asked_by: string | null;
   yours: boolean;
+}
+
+export interface LineConfig {
+  letter: "A" | "B" | "C";
+  minimum: number;
+  maximum: number;
+  speed_counts: number;
+  acceleration_counts: number;
+  deceleration_counts: number;
+  stop_deceleration_counts: number;
+  limit_deceleration_counts: number;
+  error_limit_counts: number;
+  jerk_counts: number | null;
+  switches: "both" | "minimum" | "maximum" | "none";
 }
 
 export interface LineDifferenceView {

@@ -158,7 +158,7 @@ def read_yaml(text: str) -> Generator[None, None, YamlText | TextMistake]:
     except (ValueError, yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         place = TextPlace(1, 1) if mark is None else TextPlace.of(mark)
-        return TextMistake(place, getattr(error, "problem", None) or _first_line(error))
+        return TextMistake(place, _problem(error) or _first_line(error))
 
 
 @contextmanager
@@ -252,5 +252,11 @@ def _first_line(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return phrase("it is nested too deeply")
     mark = getattr(error, "problem_mark", None)
-    problem = getattr(error, "problem", None) or str(error).partition("\n")[0]
+    problem = _problem(error) or str(error).partition("\n")[0]
     return problem if mark is None else phrase("{problem} (line {number})", problem=problem, number=mark.line + 1)
+
+
+def _problem(error: Exception) -> str:
+    """Return what the parser of YAML says, empty for another error."""
+    problem: str = getattr(error, "problem", None) or ""
+    return phrase("a line begins with a tab; begin it with spaces") if "'\\t'" in problem else problem

@@ -415,7 +415,10 @@ _REASONS = {
 
 
 def _refusal(error: ValidationError) -> InvalidJob:
-    first = error.errors(include_url=False)[0]
+    found = error.errors(include_url=False)
+    first = found[0]
+    if first["type"] == "missing":  # more often a key is misspelt
+        first = next((one for one in found if one["type"] == "extra_forbidden"), first)
     location, step = _untagged([part for part in first["loc"] if part != "[key]"])
     statement = STATEMENTS.get(location[-2]) if len(location) > 1 else None
     if statement is not None and statement.short == location[-1]:
@@ -426,6 +429,8 @@ def _refusal(error: ValidationError) -> InvalidJob:
     elif kind == "extra_forbidden":
         names = ", ".join(_known(location, step))
         reason = phrase("there is no such key; known are {names}", names=names)
+    elif kind == "literal_error" and first.get("ctx", {}).get("expected") == "True":
+        reason = phrase("it has no arguments; write `- {command}`", command=location[-1])
     elif kind == "literal_error":
         reason = phrase("{reason}, not {value}", reason=reason_of(first), value=repr(first["input"]))
     elif kind == "model_type" and location[-1] == "if":
