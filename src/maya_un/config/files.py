@@ -101,6 +101,10 @@ def checked(keys: dict[str, Any], base: Config | None = None) -> tuple[Config | 
         return None, [_with_nearest(one) for one in flaws(error, tuple(KINDS))]
 
 
+_CLOSE = 0.8
+"""Similarity of a misspelt key and the one that was meant."""
+
+
 def _with_nearest(found: Flaw) -> Flaw:
     """Return a flaw; that of an unknown key names the nearest key of its section."""
     if found.reason != UNKNOWN:
@@ -111,7 +115,7 @@ def _with_nearest(found: Flaw) -> Flaw:
     model: Any = Config
     for part in filter(None, section.split(".")):
         model = model.model_fields[part].annotation if isinstance(model, type) and part in model.model_fields else None
-    nearest = get_close_matches(name, getattr(model, "model_fields", ()), 1)
+    nearest = get_close_matches(name, getattr(model, "model_fields", ()), 1, _CLOSE)
     return found._replace(reason=phrase("there is no such key; perhaps {name}", name=nearest[0])) if nearest else found
 
 
