@@ -135,7 +135,8 @@ def _answered(axis: int, side: Side, press: Press) -> tuple[Switch, ...]:
     """Return the inputs that answered a press. A switch that its axis presses is judged by its present reading."""
     if not press.already:
         return press.changed
-    here, other = ((axis, side), (axis, SIDES[side == "reverse"]))
+    here: Switch = (axis, side)
+    other: Switch = (axis, SIDES[side == "reverse"])
     return (other,) if press.pressed[other] and not press.pressed[here] else (here,)
 
 

@@ -84,7 +84,7 @@ def test_a_switch_that_its_axis_presses_is_judged_by_its_reading() -> None:
     found = presses()
     found[1, "reverse"] = Press(active, active, already=True)
     assert judgement.switches(found, "ABC", -1).errors == ()
-    inverted = active | {(1, "forward"): True}
+    inverted = {one: one in {(1, "reverse"), (1, "forward")} for one in SWITCHES}
     found[1, "reverse"], found[1, "forward"] = Press(inverted, inverted, already=True), press((1, "forward"), idle=True)
     assert [type(error) for error in judgement.switches(found, "ABC", -1).errors] == [errors.SwitchInverted]
     found = presses()
