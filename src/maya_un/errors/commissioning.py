@@ -288,7 +288,7 @@ class PressedSwitchInactive(
     en="Axis {axis} presses its {side} limit switch, but the input reads inactive. The switch is not connected, or it "
     "has the opposite contact (normally open or normally closed) of the others. Check its cable and its contact.",
 ):
-    """A limit switch that its axis presses reads inactive; which of two mistakes it is cannot be told from there."""
+    """A limit switch that its axis presses reads inactive. The readings do not show which of the two mistakes it is."""
 
     side: str | Side
     axis: str
