@@ -104,14 +104,7 @@ export default defineConfig({
     chunkSizeWarningLimit: 800, // three.js, which is loaded after the first paint
     rolldownOptions: {
       input: { index: "index.html", worker: "src/app/worker.ts" },
-      output: {
-        entryFileNames: (chunk) => (chunk.name === "worker" ? WORKER : "assets/[name]-[hash].js"), // its scope is its folder
-        codeSplitting: {
-          includeDependenciesRecursively: false,
-          // 16 kB together; compressed one by one the tools have 6 kB more
-          groups: [{ name: "workshop", test: /pages\/workshop\/(?!Workshop\.vue)/ }],
-        },
-      },
+      output: { entryFileNames: (chunk) => (chunk.name === "worker" ? WORKER : "assets/[name]-[hash].js") }, // its scope is its folder
     },
   },
   server: {
