@@ -6,13 +6,7 @@ from collections.abc import Mapping
 from math import hypot, pi
 from typing import Annotated, Literal, Self
 
-from pydantic import (
-    AfterValidator,
-    Field,
-    TypeAdapter,
-    ValidationError,
-    model_validator,
-)
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
 
 from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
@@ -34,9 +28,7 @@ Name = Annotated[
     str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]{0,39}$", description="unique name of letters, digits, - and _")
 ]
 Margin = Annotated[
-    float,
-    Field(ge=0.0, le=1.0, description="clearance around the zone for gripper and part [m]"),
-    LENGTH,
+    float, Field(ge=0.0, le=1.0, description="clearance around the zone for gripper and part [m]"), LENGTH
 ]
 Lines = Annotated[bool, Field(description="keep the two lines out too, not only the gripper")]
 
