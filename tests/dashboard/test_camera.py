@@ -5,8 +5,8 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterator
 from itertools import pairwise
-from statistics import fmean
 from pathlib import Path
+from statistics import fmean
 
 import pytest
 from PIL import Image
