@@ -56,7 +56,8 @@ DURATION = QuantityKind(
 )
 SHARE = QuantityKind({"": 1.0, "%": 0.01}, phrase("a share is a number, or with % behind it"), most=1.0, usual="%")
 
-_UNITS = (LENGTH.units.keys() | ANGLE.units.keys() | SHARE.units.keys()) - {""}
+UNITS = (LENGTH.units.keys() | ANGLE.units.keys() | SHARE.units.keys()) - {""}
+"""Units of lengths, angles and shares."""
 
 
 def length(text: str, key: str) -> float:
@@ -189,7 +190,7 @@ def join_units(words: Sequence[str]) -> list[str]:
     """Return the words of a command line with each unit joined to its number: `90 deg` becomes `90deg`."""
     joined: list[str] = []
     for word in words:
-        if joined and word in _UNITS and _is_bare(joined[-1]):
+        if joined and word in UNITS and _is_bare(joined[-1]):
             joined[-1] += word
         else:
             joined.append(word)

@@ -309,6 +309,7 @@ CONFIG_MISTAKES = [
     ("[geometry]\nheight = 2350", "line 2.*write 2350 mm"),
     ('[geometry]\nheight = "2350"', "a text like 30 mm"),
     ("[geometry]\nheight = 2350 mm", 'line 2: write height = "2350 mm"'),
+    ("[safety]\noff_on_error = 0xFF\n[cell", "not TOML"),
     ("[geometry]\nheight = 2,35", r"line 2: write height = 2\.35\."),
     ('[geometry]\nheight = "2,35 m"', "write 2.35 m"),
     ("[axes.a]\nmaximum = 120", "write 120 deg"),

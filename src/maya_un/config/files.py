@@ -21,6 +21,7 @@ from maya_un.config.base import Flaw, flaws
 from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
+from maya_un.quantities import UNITS
 from maya_un.validation import UNKNOWN
 
 
@@ -123,7 +124,7 @@ def toml_reason(text: str, error: Exception) -> str:
     """Return why a text is not TOML; a unit outside quotes and a decimal comma have their own remedy."""
     for found in _VALUE.finditer(text):
         key, number, unit = found.groups()
-        if unit or "," in number:
+        if unit in UNITS or (not unit and "," in number):
             right = number.replace(",", ".")
             right = f'"{right} {unit}"' if unit else right
             line = text.count("\n", 0, found.start(1)) + 1
