@@ -273,7 +273,7 @@ class _ForkServer:
                     self._sockets[connection.fileno()] = connection
                     self._poller.register(connection, select.POLLIN)
                 else:
-                    order, ends, _, _ = socket.recv_fds(self._sockets[ready], LARGEST, 4)
+                    order, ends = self._received(ready)
                     if order and self._forked(ready, ends):
                         return _Order(**json.loads(order))
                     if not order and ready == self._first:
@@ -281,6 +281,14 @@ class _ForkServer:
                     if not order:
                         self._poller.unregister(ready)
                         self._sockets.pop(ready).close()
+
+    def _received(self, asking: int) -> tuple[bytes, Sequence[int]]:
+        """Return an order and its descriptors; no order from a connection whose program has ended."""
+        try:
+            order, ends, _, _ = socket.recv_fds(self._sockets[asking], LARGEST, 4)
+        except ConnectionError:  # the program was killed before it read our answer
+            return b"", ()
+        return order, ends
 
     def _forked(self, asking: int, ends: Sequence[int]) -> bool:
         """Fork for a connection; return whether this is the forked process."""
@@ -290,7 +298,8 @@ class _ForkServer:
                 end.detach()  # `_become` closes them all
             _become(ends[:3], self._address)
             return True
-        self._sockets[asking].send(str(number).encode())
+        with suppress(ConnectionError):  # the asking program was killed; the new one will find its input closed
+            self._sockets[asking].send(str(number).encode())
         process = os.pidfd_open(number)
         self._codes[process] = number, ends[3]
         self._poller.register(process, select.POLLIN)
