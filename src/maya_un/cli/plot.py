@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM
-from dmc41x3.i18n import phrase, translate
+from dmc41x3.i18n import marked, phrase, translate
 from dmc41x3.loops import run_virtual
 from maya_un.assembly import stack
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
+from maya_un.cli.progress import computing
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import pictures
 from maya_un.config import Config
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
 
 DEFAULT = "maya-workspace.svg"
 """Default file of the picture of the workspace, in the current folder."""
+
+
+DRAWING = marked("Drawing the picture")
+"""What a terminal shows meanwhile."""
 
 
 class PlotRequest(NamedTuple):
@@ -48,15 +53,16 @@ def workspace(request: PlotRequest, settings: OutputSettings) -> int:
     path = Path(request.output or DEFAULT)
     style.kind_of(path)
     config = configuration(settings)
-    reachable = Workspace.of(config)
     height = config.cell.grasp_height if request.height is None else request.height
     if not 0.0 <= height <= config.geometry.height:
         reason = phrase(
             "the plan is cut between the table and the boom, 0 to {height:g} m", height=config.geometry.height
         )
         raise InvalidValue(key="--height", value=height, reason=reason)
-    style.save(workspace_figure(reachable, height, WorkspaceView(request.view), request.point), path)
-    nearest = None if request.point is None else reachable.nearest(request.point)
+    with computing(DRAWING, settings):
+        reachable = Workspace.of(config)
+        style.save(workspace_figure(reachable, height, WorkspaceView(request.view), request.point), path)
+        nearest = None if request.point is None else reachable.nearest(request.point)
     answer = {
         "path": str(path),
         "view": request.view,
@@ -107,8 +113,9 @@ def draw(job: Job, config: Config, path: Path, settings: OutputSettings) -> JobI
     from maya_un.plots import style
 
     style.kind_of(path)
-    inspection, workspace = run_virtual(inspected(job, config, taught_places(settings)), _HORIZON)
-    style.save(figure(job.name, inspection, config, workspace), path)
+    with computing(DRAWING, settings):
+        inspection, workspace = run_virtual(inspected(job, config, taught_places(settings)), _HORIZON)
+        style.save(figure(job.name, inspection, config, workspace), path)
     return inspection
 
 

@@ -1,4 +1,4 @@
-"""Progress of a motion: bars on a terminal, lines elsewhere, events as sentences."""
+"""Progress of a motion or a computation: bars on a terminal, lines elsewhere, events as sentences."""
 
 from __future__ import annotations
 
@@ -42,6 +42,9 @@ class Display:
 
     def rest(self) -> None:
         """Show that nothing moves."""
+
+    def reached(self, part: float) -> None:
+        """Show which part of a computation is done, 0 to 1."""
 
 
 class FactLines(Display):
@@ -106,6 +109,51 @@ class ProgressBars(Display):
             self._progress.update(bar, visible=bar == shown)
         if shown is not None:
             self._progress.update(shown, **fields)
+
+
+class ComputationLine(Display):
+    """One line on the error stream for a computation: what it does, and how far it is if that is known."""
+
+    def __init__(self, what: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        self._what = what
+        self._progress = Progress(
+            SpinnerColumn(),
+            TextColumn("{task.description}", markup=False),
+            BarColumn(20),
+            TimeElapsedColumn(),
+            console=Console(stderr=True),
+            transient=True,
+            redirect_stdout=False,
+            redirect_stderr=False,
+        )
+        self._task = self._progress.add_task(what, total=None)
+
+    def __enter__(self) -> Self:
+        """Start drawing, by a separate thread."""
+        self._progress.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Remove the line."""
+        self._progress.stop()
+
+    def note(self, text: str) -> None:
+        """Show the message as the current part of the computation."""
+        self._progress.update(self._task, description=f"{self._what}: {text.strip()}")
+
+    def reached(self, part: float) -> None:
+        """Show the part in the bar."""
+        self._progress.update(self._task, completed=part, total=1.0)
+
+
+def computing(what: str, settings: OutputSettings) -> Display:
+    """Return the display of a computation that takes longer than a second; it shows nothing without a terminal."""
+    if settings.json or not sys.stderr.isatty():
+        return Display()
+    return ComputationLine(translate(what, settings.language))
 
 
 def chosen(settings: OutputSettings) -> Display:

@@ -21,7 +21,7 @@ from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration, parts_of, require_twin, taught_places, truth_of_twin
-from maya_un.cli.progress import Display, chosen, tell
+from maya_un.cli.progress import Display, chosen, computing, tell
 from maya_un.cli.questions import answer_questions
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.report import as_data, as_text
@@ -127,9 +127,10 @@ def _dry_run(job: Job, config: Config, address: str, options: RunOptions, settin
         output.say(translate("Dry run on the twin: nothing real moves.", settings.language))
         if like is not None:
             output.say(translate("The twin begins homed, like the running robot.", settings.language))
-    performance = _JobRun(job, Display(), settings, home_first=address != SIM or options.skip_home, like=like)
     on_twin = options._replace(skip_home=False, take_over=False)
-    outcome = run_virtual(performance.perform(config, SIM, on_twin), HORIZON)
+    with computing(marked("Dry run"), settings) as display:
+        performance = _JobRun(job, display, settings, home_first=address != SIM or options.skip_home, like=like)
+        outcome = run_virtual(performance.perform(config, SIM, on_twin), HORIZON)
     if options.plot is not None:
         _draw(job, config, Path(options.plot), settings)
     return outcome

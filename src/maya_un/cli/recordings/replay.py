@@ -6,7 +6,7 @@ The twin replaces the recorded controller: it is first brought into the controll
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -26,6 +26,7 @@ from dmc41x3.wire.transcript import WirePiece
 from dmc41x3.wire.transport import LoopbackTransport
 from maya_un.assembly import machine_of
 from maya_un.cli import output
+from maya_un.cli.progress import computing
 from maya_un.cli.recordings.recordings import found
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
@@ -204,15 +205,15 @@ class Replayed(NamedTuple):
     lacks: tuple[str, ...]
 
 
-async def run_on_twin(recording: Recording) -> Replayed:
+async def run_on_twin(recording: Recording, reached: Callable[[float], None] = lambda _: None) -> Replayed:
     """Send the recorded commands to a new twin, each at its time; raises `ValueError` without a possible start.
 
-    Run it in a loop with a virtual clock.
+    Run it in a loop with a virtual clock. It calls `reached` with the part of the recording that is sent, 0 to 1.
     """
     scene = scene_of(recording)
     twin = _twin(recording, scene)
     try:
-        pieces = await _Player(twin, scene, parse(recording.header.origin.config)).play()
+        pieces = await _Player(twin, scene, parse(recording.header.origin.config), reached).play()
     finally:
         await twin.close()
     recorded = talk(scene.pieces)
@@ -271,10 +272,13 @@ _TURNS = 8
 class _Player:
     """Sends the pieces of a replay to a twin, and records both sides of the traffic."""
 
-    def __init__(self, twin: VirtualController, scene: ReplayScene, config: Config) -> None:
+    def __init__(
+        self, twin: VirtualController, scene: ReplayScene, config: Config, reached: Callable[[float], None]
+    ) -> None:
         self._twin = twin
         self._scene = scene
         self._config = config
+        self._reached = reached
         self._loop = asyncio.get_running_loop()
         self._zero = self._loop.time()
         self._links: dict[int, LoopbackTransport] = {}
@@ -287,7 +291,8 @@ class _Player:
         try:
             await self._prepare()
             self._zero = self._loop.time()
-            for piece in scene.pieces:
+            for number, piece in enumerate(scene.pieces):
+                self._reached(number / len(scene.pieces))
                 await self._until(piece.time)
                 await self._do(piece)
             await self._until(scene.pieces[-1].time if scene.pieces else scene.begin)
@@ -387,15 +392,16 @@ def replay(file: str, options: ReplayOptions, settings: OutputSettings) -> int:
     if options.plot is not None:
         _require_format(Path(options.plot))
     path = found(file)
-    recording = mcap_file.read(path)
-    try:
-        runs = run_virtual(run_on_twin(recording), HORIZON)
-    except ValueError as error:
-        raise FileUnreadable(path=path, reason=str(error)) from error
-    tolerances = tolerated(recording, options)
-    comparison = compare(runs.recorded, runs.replayed, tolerances)
-    if options.plot is not None:
-        _draw(recording, runs, Path(options.plot))
+    with computing(marked("Replaying"), settings) as display:
+        recording = mcap_file.read(path)
+        try:
+            runs = run_virtual(run_on_twin(recording, display.reached), HORIZON)
+        except ValueError as error:
+            raise FileUnreadable(path=path, reason=str(error)) from error
+        tolerances = tolerated(recording, options)
+        comparison = compare(runs.recorded, runs.replayed, tolerances)
+        if options.plot is not None:
+            _draw(recording, runs, Path(options.plot))
     data = _as_data(path, recording, comparison, tolerances, runs)
     output.answer(data, _as_text(comparison, runs, options, settings), settings)
     return output.FAILED if comparison.differences else output.DONE
