@@ -302,6 +302,9 @@ JOB_MISTAKES = [
     ("steps: home", "must be a list"),
     ('{"steps": ["home"', "line 1"),
     ("steps: [{pick: 2026-11-27}]", r"\[x, y\]"),
+    ("steps: [{wait_for: 1}]", "a mapping with input, is, within"),
+    ("steps: [{set: 3}]", "a mapping with output, to"),
+    ("pallets: {tray: 3}\nsteps: [home]", "a mapping with corners, rows, columns"),
 ]
 """Jobs with a mistake, and what the answer must name."""
 

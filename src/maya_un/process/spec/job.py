@@ -409,7 +409,6 @@ _REASONS = {
     "string_too_long": phrase("it is longer than 64 letters"),
     "too_short": phrase("it is empty"),
     "too_long": phrase("it has more than 1000 steps"),
-    "model_type": phrase("it must be a mapping with corners, rows and columns"),
 }
 """Reasons that are more exact for a job than those of `validation`."""
 
@@ -435,6 +434,9 @@ def _refusal(error: ValidationError) -> InvalidJob:
         reason = phrase("{reason}, not {value}", reason=reason_of(first), value=repr(first["input"]))
     elif kind == "model_type" and location[-1] == "if":
         reason = ONE_KIND
+    elif kind == "model_type" and len(location) > 1:
+        names = STATEMENTS[location[-1]].keys() if location[-1] in STATEMENTS else JobPallet.model_fields
+        reason = phrase("it must be a mapping with {names}", names=", ".join(names))
     elif kind in {"greater_than_equal", "less_than_equal"}:
         reason = phrase("it must lie between 1 and 10000")
     else:
