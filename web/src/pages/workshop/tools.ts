@@ -1,8 +1,14 @@
 import { type Component } from "vue";
 import type { IconName } from "../../look/icon-names.ts";
-import { lazy } from "../../look/lazy.ts";
 import type { Words } from "../../words/index.ts";
 import { WORKSHOP } from "../../words/workshop.ts";
+import Calibration from "./Calibration.vue";
+import Configuration from "./Configuration.vue";
+import Faults from "./Faults.vue";
+import Logs from "./Logs.vue";
+import Overview from "./Overview.vue";
+import Scope from "./Scope.vue";
+import Terminal from "./Terminal.vue";
 
 /** A tool of the workshop: its name in the address, such as /workshop?tool=scope. */
 export interface Tool {
@@ -15,13 +21,13 @@ export interface Tool {
 }
 
 export const TOOLS: readonly Tool[] = [
-  { name: "overview", words: WORKSHOP.overview, icon: "activity", view: lazy(() => import("./Overview.vue")) },
-  { name: "scope", words: WORKSHOP.scope, icon: "gauge", view: lazy(() => import("./Scope.vue")) },
-  { name: "terminal", words: WORKSHOP.terminal, icon: "terminal", view: lazy(() => import("./Terminal.vue")) },
-  { name: "configuration", words: WORKSHOP.configuration, icon: "settings", view: lazy(() => import("./Configuration.vue")) },
-  { name: "calibration", words: WORKSHOP.calibration, icon: "crosshair", view: lazy(() => import("./Calibration.vue")) },
-  { name: "faults", words: WORKSHOP.faults, icon: "triangle-alert", view: lazy(() => import("./Faults.vue")), twin: true },
-  { name: "logs", words: WORKSHOP.logs, icon: "list-ordered", view: lazy(() => import("./Logs.vue")) },
+  { name: "overview", words: WORKSHOP.overview, icon: "activity", view: Overview },
+  { name: "scope", words: WORKSHOP.scope, icon: "gauge", view: Scope },
+  { name: "terminal", words: WORKSHOP.terminal, icon: "terminal", view: Terminal },
+  { name: "configuration", words: WORKSHOP.configuration, icon: "settings", view: Configuration },
+  { name: "calibration", words: WORKSHOP.calibration, icon: "crosshair", view: Calibration },
+  { name: "faults", words: WORKSHOP.faults, icon: "triangle-alert", view: Faults, twin: true },
+  { name: "logs", words: WORKSHOP.logs, icon: "list-ordered", view: Logs },
 ];
 
 /** Returns the tools of a twin or of a machine. */

@@ -1,1 +1,0 @@
-import{D as e}from"./words-BNx_-XfQ.js";var t=({text:t})=>t.split("`").map((t,n)=>n%2==1?e(`code`,t):t);t.props=[`text`];export{t};
