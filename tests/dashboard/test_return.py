@@ -25,6 +25,9 @@ GRIPPER = ("open", "close") * 3
 JOB = {"name": "open and close", "steps": [{"gripper": state} for state in GRIPPER]}
 """Steps of half a second that need no homing."""
 
+LONG_JOB = {**JOB, "repeat": 10}
+"""A job that lasts longer than a busy machine takes to look."""
+
 
 @pytest.fixture
 def own(tmp_path: Path) -> Iterator[ServiceProcess]:
@@ -142,7 +145,7 @@ def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
     tab = tab_of(own, width=width, height=height, bypass_csp=True)
     tab.forgive(*GONE)
     tab.open("/")
-    own.ask("POST /v1/jobs", JOB)
+    own.ask("POST /v1/jobs", LONG_JOB)
     own.until(lambda queue: queue["running"] is not None, "/v1/queue")
     examiner = Examiner(tab, size)
     own.kill()
@@ -155,7 +158,7 @@ def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
 
 
 def test_a_decision_can_wait(own: Service, kept_tab: Tab) -> None:
-    job = own.ask("POST /v1/jobs", JOB)["id"]
+    job = own.ask("POST /v1/jobs", LONG_JOB)["id"]
     own.until(lambda report: report["steps"][0]["state"] == "running", f"/v1/jobs/{job}")
     come_back(own, kept_tab)
     kept_tab.until("document.querySelector('[data-recovery]')")

@@ -16,7 +16,7 @@ from maya_ros.graph.outcome import error_of
 from maya_ros.graph.protocol import GoalStatus
 from maya_ros.graph.servers.forwarding import tasks_forwarded
 from maya_ros.graph.table import FOLLOW, TASK
-from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, Stopped
+from maya_un.errors import AbortInput, Busy, Cancelled, NodeGone, NotConnected, NotOverRos, Stopped
 from maya_un.events import Disconnected, Event, GripperClosed, MotionEnded, PhaseBegun
 from maya_un.process.spec.job import Job
 from maya_un.robot.primitives.approach import Approach
@@ -84,6 +84,13 @@ async def test_a_job_from_power_up_to_the_part_on_the_tray() -> None:
         assert moved(layers)
         assert layers.robot.holding is False
         assert layers.controller.state.joints == layers.controller_node.rig.controller.state.joints
+
+
+@pytest.mark.parametrize("step", [{"wait_for": {"input": 1, "is": "on"}}, {"move": [0.3, 1.5, 1.3], "speed": 0.5}])
+async def test_a_step_that_no_message_carries_fails_and_moves_nothing(step: dict[str, object]) -> None:
+    async with layer_nodes(parts={"cube": CUBE}) as layers:
+        assert await ended(layers, await layers.process.submit(job(step))) == (TaskState.FAILED, NotOverRos.code)
+        await stands_still(layers)
 
 
 async def test_phases_are_those_of_the_layer_in_its_order() -> None:
