@@ -30,7 +30,7 @@ DEFAULT = "maya-workspace.svg"
 
 
 DRAWING = marked("Drawing the picture")
-"""What a terminal shows meanwhile."""
+"""Text on the terminal while a picture is drawn."""
 
 
 class PlotRequest(NamedTuple):

@@ -1,4 +1,4 @@
-"""What a terminal shows while a command computes."""
+"""The progress that a command shows on a terminal while it computes."""
 
 from __future__ import annotations
 
@@ -61,7 +61,10 @@ def test_the_line_is_in_the_language_of_the_person(monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.parametrize(
     ("line", "shown"),
-    [("plot workspace --output {folder}/p.svg", "Drawing the picture"), ("run --dry-run {job} --address sim", "Dry run")],
+    [
+        ("plot workspace --output {folder}/p.svg", "Drawing the picture"),
+        ("run --dry-run {job} --address sim", "Dry run"),
+    ],
 )
 def test_a_command_that_computes_tells_a_terminal(line: str, shown: str, tmp_path: Path) -> None:
     job = tmp_path / "job.yaml"

@@ -21,7 +21,7 @@ def test_a_program_that_is_killed_while_it_asks_for_a_worker_ends_no_other(tmp_p
     address = bytes.fromhex(_said(script))
     order = json.dumps({"command": [str(script)], "env": {}, "folder": str(tmp_path)}).encode()
     for answers in range(20):
-        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as asking, open(os.devnull, "r+b") as nothing:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as asking, Path(os.devnull).open("r+b") as nothing:
             asking.connect(address)
             for _ in range(2):
                 socket.send_fds(asking, [order], [nothing.fileno()] * 4)
