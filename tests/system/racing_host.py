@@ -1,6 +1,6 @@
 """A host that races for a controller, run to be killed: it connects, moves, leaves, and comes again, for ever.
 
-It tells its parent what it is about to do: connect, own, move, grip, leave; and what it met: refused, error CODE.
+It tells its parent what it is about to do: connect, own, move, grip, leave; and what it met: refused, error CODE and its sentence.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ async def _race(address: str, rng: Random, pipe: Connection) -> None:
         except (ControllerOwned, ControllerMoves):
             pipe.send("refused")
         except MayaError as error:
-            pipe.send(f"error {error.code}")
+            pipe.send(f"error {error.code} {error}")
         await controller.close()
 
 

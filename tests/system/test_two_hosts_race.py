@@ -278,7 +278,7 @@ def test_two_hosts_that_are_killed_at_random_never_own_the_controller_together(c
         assert (record.whole.stall_time, record.drops) == (0.0, ())
         assert record.whole.tension <= 2.0
         met = {word for racer in racers for word in racer.heard if word.startswith("error")}
-        assert met <= {f"error {code}" for code in STARVED}
+        assert {word for word in met if int(word.split()[1]) not in STARVED} == set()
         changes, begun = box.judge.changes, box.judge.begun
         print(f"{kills} kills, {changes} changes of the token, {begun} motions, at rest after {latest:.2f} s at most")
 
