@@ -1,6 +1,7 @@
 """A host that races for a controller, run to be killed: it connects, moves, leaves, and comes again, for ever.
 
-It tells its parent what it is about to do: connect, own, move, grip, leave; and what it met: refused, error CODE and its sentence.
+It tells its parent what it is about to do: connect, own, move, grip, leave; and what it met: refused, or error CODE
+and its sentence.
 """
 
 from __future__ import annotations
