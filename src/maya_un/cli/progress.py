@@ -12,7 +12,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.events import Event, PhaseBegun, StepAdvanced
 
 if TYPE_CHECKING:
-    from rich.progress import TaskID
+    from rich.progress import Progress, TaskID
 
 
 class Display:
@@ -59,8 +59,23 @@ class FactLines(Display):
         self.note(why)
 
 
-class ProgressBars(Display):
-    """Messages as lines, and below them a bar for the running motion, drawn by a separate thread."""
+class DrawnDisplay(Display):
+    """Display that a separate thread draws until it ends; its subclasses fill `_progress`."""
+
+    _progress: Progress
+
+    def __enter__(self) -> Self:
+        """Start drawing."""
+        self._progress.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Remove what is drawn."""
+        self._progress.stop()
+
+
+class ProgressBars(DrawnDisplay):
+    """Messages as lines, and below them a bar for the running motion."""
 
     def __init__(self, language: str) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
@@ -72,15 +87,6 @@ class ProgressBars(Display):
         )
         self._timed = self._progress.add_task("", visible=False, clock="")
         self._untimed = self._progress.add_task("", visible=False, clock="", total=None)
-
-    def __enter__(self) -> Self:
-        """Start drawing."""
-        self._progress.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Remove the bar."""
-        self._progress.stop()
 
     def note(self, text: str) -> None:
         """Print a message above the bar."""
@@ -111,7 +117,7 @@ class ProgressBars(Display):
             self._progress.update(shown, **fields)
 
 
-class ComputationLine(Display):
+class ComputationLine(DrawnDisplay):
     """One line on the error stream for a computation: what it does, and how far it is if that is known."""
 
     def __init__(self, what: str) -> None:
@@ -130,15 +136,6 @@ class ComputationLine(Display):
             redirect_stderr=False,
         )
         self._task = self._progress.add_task(what, total=None)
-
-    def __enter__(self) -> Self:
-        """Start drawing, by a separate thread."""
-        self._progress.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
-        """Remove the line."""
-        self._progress.stop()
 
     def note(self, text: str) -> None:
         """Show the message as the current part of the computation."""
