@@ -166,11 +166,13 @@ def examiner_of(request: pytest.FixtureRequest, tab_of: Callable[..., Tab]) -> O
     return opened
 
 
-def test_pages_and_what_opens_in_them(furnished: TwinService, examiner_of: Opened) -> None:
+@pytest.mark.parametrize(("path", "stages"), WALKS, ids=[path for path, _ in WALKS])
+def test_page_and_what_opens_in_it(
+    path: str, stages: Sequence[Sequence[Step]], furnished: TwinService, examiner_of: Opened
+) -> None:
     tab, examiner = examiner_of(furnished)
-    for path, stages in WALKS:
-        tab.open(path)
-        examiner.walk(path, stages)
+    tab.open(path)
+    examiner.walk(path, stages)
     assert examiner.found == []
 
 

@@ -113,11 +113,10 @@ def test_a_mistake_in_the_wiring_is_named_before_anything_moves_further_than_ann
         named(kind, campaign.rng(case).randrange(1000), Config())
 
 
-@pytest.mark.parametrize("name", ["table-top", "hall", "rewired"])
-def test_mistakes_of_other_machines_are_named(name: str) -> None:
-    config = load(MACHINES / f"{name}.toml")
-    for number, kind in enumerate(("encoder_reversed", "motor_reversed", "encoder_dead", "switch_open")):
-        named(kind, 100 + number, config)
+def test_mistakes_of_other_machines_are_named(campaign: Campaign) -> None:
+    kinds = ("encoder_reversed", "motor_reversed", "encoder_dead", "switch_open")
+    for name, kind in campaign.some(list(product(("table-top", "hall", "rewired"), kinds)), ci=4):
+        named(kind, 100 + kinds.index(kind), load(MACHINES / f"{name}.toml"))
 
 
 async def pick_works(config: Config, truth: TrueConstants, seed: int, job: Path) -> None:
@@ -245,7 +244,7 @@ async def interrupted(key: str, moment: float) -> None:
 
 @pytest.mark.timeout(1200)
 def test_ctrl_c_stops_the_motors_and_a_later_call_continues(campaign: Campaign) -> None:
-    for key, moment in campaign.some(list(product(READY, MOMENTS)), ci=4):
+    for key, moment in campaign.some(list(product(READY, MOMENTS)), ci=2):
         run_virtual(interrupted(key, moment))
 
 
@@ -266,7 +265,7 @@ async def lost(key: str) -> None:
 
 @pytest.mark.timeout(1200)
 def test_a_lost_link_stops_the_axes_and_a_later_call_continues(campaign: Campaign) -> None:
-    for key in campaign.some(MOVES, ci=2):
+    for key in campaign.some(MOVES, ci=1):
         run_virtual(lost(key))
 
 

@@ -92,7 +92,7 @@ def test_every_fault_of_the_table_is_tried() -> None:
 @pytest.mark.parametrize("case", EXPECTED, ids=lambda case: " ".join([case.fault, *map(str, case.values.values())]))
 def test_every_fault_in_every_phase(case: Case, campaign: Campaign) -> None:
     phases = list(PHASES)
-    size = campaign.size(ci=2, long=len(phases))
+    size = campaign.size(ci=1, long=len(phases))
     first = campaign.rng().randrange(len(phases))
     for number in range(size):
         phase = phases[(first + number * 5) % len(phases)]

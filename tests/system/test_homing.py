@@ -98,13 +98,13 @@ async def _home(truth: TrueConstants, start: StartPose, config: Config) -> None:
 
 
 def test_homes_from_random_legal_starts(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=8, long=300)):
+    for case in range(campaign.size(ci=4, long=300)):
         rng = campaign.rng(case)
         run_virtual(_home(TrueConstants(), legal_start(rng, TrueConstants()), Config()))
 
 
 def test_homes_machines_of_unknown_geometry(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=8, long=300)):
+    for case in range(campaign.size(ci=4, long=300)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = wired(TrueConstants.drawn(rng), config)
@@ -113,7 +113,7 @@ def test_homes_machines_of_unknown_geometry(campaign: Campaign) -> None:
 
 def test_homes_machines_of_other_sizes(campaign: Campaign) -> None:
     """Size, strokes, scales, speeds, letters of the axes, polarity of the switches: all as in the configuration."""
-    for case in range(campaign.size(ci=8, long=300)):
+    for case in range(campaign.size(ci=4, long=300)):
         rng = campaign.rng(case)
         config = other_size(rng)
         truth = machine_of(config)
@@ -174,7 +174,7 @@ async def _refused(truth: TrueConstants, sound: TrueConstants, start: StartPose,
 def test_refuses_wiring_that_contradicts_cn_by_name(
     fault: Callable[[TrueConstants, Config, Random], TrueConstants], campaign: Campaign
 ) -> None:
-    for case in range(campaign.size(ci=12, long=100)):
+    for case in range(campaign.size(ci=5, long=100)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = fault(TrueConstants.drawn(rng), config, rng)
@@ -192,7 +192,7 @@ async def _home_twice(truth: TrueConstants, start: StartPose, config: Config, rn
 
 
 def test_interrupted_homings_start_again(campaign: Campaign) -> None:
-    for case in range(campaign.size(ci=5, long=100)):
+    for case in range(campaign.size(ci=3, long=60)):
         rng = campaign.rng(case)
         config = drawn_config(rng)
         truth = wired(TrueConstants.drawn(rng), config)

@@ -86,7 +86,7 @@ class Trial(NamedTuple):
 @pytest.mark.parametrize("shard", range(SHARDS))
 def test_motions_keep_to_their_word(shard: int, campaign: Campaign) -> None:
     tally = Counter[str]()
-    for case in range(campaign.size(ci=25, long=2500)):
+    for case in range(campaign.size(ci=12, long=250)):
         run_virtual(_job(campaign.rng(case), tally))
     assert tally["done"] > 0.2 * tally["requests"]
     assert tally["refused"] > 0.05 * tally["requests"]

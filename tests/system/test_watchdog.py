@@ -224,7 +224,7 @@ async def _trial(rng: Random, silence: float) -> tuple[BaseException | None, May
 def test_a_host_that_is_merely_slow_is_never_stopped(campaign: Campaign) -> None:
     """The beat before a stall is at most a period old, so a stall may last the guard's time but a period."""
     longest = GUARD_TIME * (1.0 - 1.0 / BEATS) - 2.0 / SAMPLES
-    for case in range(campaign.size(ci=40, long=1000)):
+    for case in range(campaign.size(ci=15, long=300)):
         error, mechanics = run_virtual(_trial(campaign.rng(case), longest))
         assert error is None, f"case {case}: {error}"
         assert not mechanics.record.drops

@@ -62,7 +62,7 @@ def test_one_wrong_constant_is_found(name: str, share: float) -> None:
 def test_result_lies_about_the_truth_as_the_covariance_predicts(campaign: Campaign) -> None:
     """Over many machines, (θ − truth)ᵀ C⁻¹ (θ − truth) follows χ² with as many degrees as constants."""
     squares: list[float] = []
-    for case in range(campaign.size(ci=500, long=2_000)):
+    for case in range(campaign.size(ci=200, long=2_000)):
         rng = generator(campaign.rng(case))
         truth = drawn(rng)
         squares.append(distance(calibrate(measured(truth, random_counts(rng, 24), rng, known=True), NOW), truth))
@@ -77,7 +77,7 @@ def test_result_lies_about_the_truth_as_the_covariance_predicts(campaign: Campai
 def test_with_unknown_noise_it_follows_fishers_law(campaign: Campaign) -> None:
     """The covariance is then estimated with 3n − p degrees of freedom: the square over p follows F(p, 3n − p)."""
     squares: list[float] = []
-    for case in range(campaign.size(ci=150, long=2_000)):
+    for case in range(campaign.size(ci=60, long=2_000)):
         rng = generator(campaign.rng(case))
         truth = drawn(rng)
         squares.append(distance(calibrate(measured(truth, random_counts(rng, 16), rng), NOW), truth) / len(FREE))
@@ -87,7 +87,7 @@ def test_with_unknown_noise_it_follows_fishers_law(campaign: Campaign) -> None:
 def test_one_gross_error_in_twenty_is_found_and_does_no_harm(campaign: Campaign) -> None:
     squares: list[float] = []
     wronged = 0
-    for case in range(campaign.size(ci=60, long=1_000)):
+    for case in range(campaign.size(ci=30, long=1_000)):
         rng = generator(campaign.rng(case))
         truth = drawn(rng)
         good = measured(truth, random_counts(rng, 40), rng, known=True)
