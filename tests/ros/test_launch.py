@@ -202,7 +202,8 @@ def check_state(ros: Ros, file: str, choice: Choice) -> None:
 
 @pytest.mark.timeout(240)
 def test_process_launch_starts_every_node_and_ends(ros: Ros, display: Display) -> None:
-    check(ros, PROCESS, {"core_debug": False, "custom_gui": True, "skip_home": True}, display.environment)
+    choice = {"core_debug": False, "custom_gui": True, "skip_firebase": False, "skip_home": True}
+    check(ros, PROCESS, choice, display.environment)
 
 
 @pytest.mark.timeout(240)
