@@ -23,6 +23,9 @@ from maya_un.plots.style import blank, house_style
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src"
 
+CLAUSE_END = re.compile(r": |,? (?:as|from|on|over|of a|that|whether) ")
+"""Where a phrase may end early."""
+
 BLUE, EDGE, TEXT = "#dbe9f6", "#5b7ea1", "#20303f"
 GREY = "#5a6b7b"
 
@@ -100,14 +103,17 @@ def _row(axes: Axes, package: str, names: Sequence[str], x: float, y: float, wid
     each = width / len(names)
     for index, name in enumerate(names):
         most = int(each * 150)
-        _box(axes, (x + index * each + 0.003, y, each - 0.006, 0.8 * height), name, _cut(_phrase(package, name), most))
+        place = (x + index * each + 0.003, y, each - 0.006, 0.8 * height)
+        _box(axes, place, name, _cut(name, _phrase(package, name), most))
 
 
-def _cut(phrase: str, most: int) -> str:
-    """Return a phrase of at most so many characters: its first clause, or its first words."""
-    if len(phrase) > most:
-        phrase = phrase.split(": ", maxsplit=1)[0]
-    return phrase if len(phrase) <= most else phrase[: most - 1].rsplit(" ", 1)[0].rstrip(",") + " …"
+def _cut(name: str, phrase: str, most: int) -> str:
+    """Return the clauses of a phrase that fit into so many characters; one that repeats the name is left out."""
+    first, _, rest = phrase.partition(": ")
+    if rest and re.fullmatch(rf"(the |ros-)?{name}\w*", first, re.IGNORECASE):
+        phrase = rest[0].upper() + rest[1:]
+    ends = [*(found.start() for found in CLAUSE_END.finditer(phrase)), len(phrase)]
+    return phrase[: max((end for end in ends if end <= most), default=0)]
 
 
 def _box(axes: Axes, place: tuple[float, float, float, float], name: str, phrase: str) -> None:

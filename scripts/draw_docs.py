@@ -88,6 +88,7 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "architecture-way-of-a-job.svg": architecture_figures.way,
     "calibration-residuals.svg": calibration_figures.residuals,
     "job-profiles.svg": job,
+    "maya.svg": mechanism_figures.robot,
     "mechanism-triangle.svg": mechanism_figures.triangle,
     "mechanism-forces.svg": mechanism_figures.forces,
     "mechanism-between-the-ends.svg": mechanism_figures.between_the_ends,

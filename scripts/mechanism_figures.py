@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from math import hypot, sqrt
+from math import cos, degrees, hypot, radians, sin, sqrt
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Rectangle, Wedge
 from numpy.typing import NDArray
 
 from maya_un.config import Config
@@ -21,6 +22,7 @@ from maya_un.plots.style import (
     PALE,
     PURPLE,
     REACHABLE,
+    YELLOW,
     blank,
     house_style,
     quiet_grid,
@@ -58,6 +60,64 @@ def triangle() -> Figure:
         axes.set(aspect="equal", xlim=(-0.35, 2.72), ylim=(-0.1, 2.82))
         axes.set_axis_off()
     return figure
+
+
+def robot() -> Figure:
+    """Return the robot from the side and from above, with the workspace."""
+    with house_style():
+        figure = blank(7.2, 3.9)
+        side, above = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
+        _from_the_side(side, 1.3, 1.0)
+        _from_above(above, radians(52.0), 1.3)
+    return figure
+
+
+def _from_the_side(axes: Axes, d: float, z: float) -> None:
+    """Draw boom, lines, gripper with a part, and the workspace; the gripper point is at (d, z) [m]."""
+    meeting = (d, z + MECHANISM.drop)
+    axes.fill(*outline(WORKSPACE), facecolor=REACHABLE, edgecolor=GREY, linewidth=0.8)
+    axes.plot((-0.15, 2.6), (0.0, 0.0), color=GREY, linewidth=1.4)
+    axes.plot((0.0, 0.0), (0.0, MECHANISM.height), color=GREY, linewidth=6.0, solid_capstyle="butt")
+    axes.plot((0.0, MECHANISM.length), (MECHANISM.height,) * 2, color=GREY, linewidth=5.0, zorder=2)
+    for name, anchor, colour, aside in (("b", MECHANISM.delta, LINE_B, -12), ("c", MECHANISM.length, LINE_C, 6)):
+        axes.plot((anchor, d), (MECHANISM.height, meeting[1]), color=colour, linewidth=2.0, zorder=4)
+        axes.plot(anchor, MECHANISM.height, marker="o", color=colour, markersize=8, zorder=6)
+        middle = (0.5 * (anchor + d), 0.5 * (MECHANISM.height + meeting[1]))
+        _say(axes, f"line {name}", middle, colour, (3 * aside if aside < 0 else aside, -9))
+        _say(axes, f"anchor {name}", (anchor, MECHANISM.height), colour, (0, 8), align="center")
+    axes.plot((d, d), (meeting[1], z + 0.12), color=INK, linewidth=2.0, zorder=5)
+    axes.plot((d - 0.08, d - 0.08, d + 0.08, d + 0.08), (z, z + 0.12, z + 0.12, z), color=INK, linewidth=2.0, zorder=5)
+    axes.add_patch(Rectangle((d - 0.07, z - 0.07), 0.14, 0.14, color=YELLOW, zorder=4))
+    _say(axes, "gripper with a part", (d + 0.12, z), INK, (6, -2), size=8)
+    _say(axes, "workspace", (d, 0.45), GREY, (0, 0), align="center")
+    _say(axes, "table, z = 0", (1.75, 0.0), GREY, (0, -12))
+    _say(axes, "axis a", (0.0, 1.1), GREY, (-7, 0), rotation=90.0, align="right")
+    axes.set(aspect="equal", xlim=(-0.35, 2.7), ylim=(-0.25, 2.65), title="From the side")
+    axes.set_axis_off()
+
+
+def _from_above(axes: Axes, angle: float, d: float) -> None:
+    """Draw the boom at `angle` [rad] with the gripper at distance d [m], and all that the gripper can be above."""
+    first, last = WORKSPACE.boom
+    inner, outer = min(outline(WORKSPACE)[0]), max(outline(WORKSPACE)[0])
+    turns = (90.0 - degrees(last), 90.0 - degrees(first))
+    axes.add_patch(Wedge((0.0, 0.0), outer, *turns, width=outer - inner, facecolor=REACHABLE, edgecolor=GREY, lw=0.8))
+    toward = (sin(angle), cos(angle))
+    tip = (MECHANISM.length * toward[0], MECHANISM.length * toward[1])
+    axes.plot((0.0, tip[0]), (0.0, tip[1]), color=GREY, linewidth=5.0, zorder=3)
+    axes.plot(0.0, 0.0, marker="o", color=GREY, markersize=12, zorder=4)
+    for anchor, colour in ((MECHANISM.delta, LINE_B), (MECHANISM.length, LINE_C)):
+        axes.plot(anchor * toward[0], anchor * toward[1], marker="o", color=colour, markersize=8, zorder=6)
+    axes.plot(d * toward[0], d * toward[1], marker="s", color=YELLOW, markeredgecolor=INK, markersize=7, zorder=6)
+    for end, name in (((0.9, 0.0), "x"), ((0.0, 0.9), "y")):
+        axes.annotate("", end, (0.0, 0.0), arrowprops={**ARROW, "arrowstyle": "-|>", "color": INK}, zorder=5)
+        _say(axes, name, end, INK, (4, 3))
+    axes.add_patch(Arc((0.0, 0.0), 1.2, 1.2, theta1=90.0 - degrees(angle), theta2=90.0, color=BOOM, lw=1.6, zorder=5))
+    _say(axes, "α", (0.66 * sin(angle / 2.0), 0.66 * cos(angle / 2.0)), BOOM, (0, 0), size=11)
+    _say(axes, "boom", tip, GREY, (4, 4))
+    _say(axes, "axis a", (0.0, 0.0), GREY, (-8, -14), align="right")
+    axes.set(aspect="equal", xlim=(-0.5, 2.7), ylim=(-1.35, 2.45), title="From above")
+    axes.set_axis_off()
 
 
 def _stand(axes: Axes, mechanism: Mechanism) -> None:
@@ -117,14 +177,14 @@ def forces() -> Figure:
 
 
 def _polygon(axes: Axes, left: float, h: float) -> None:
-    """Draw load, T_b and T_c head to tail: they close, because the point is at rest."""
+    """Draw the load and both tensions head to tail: they close, because the point is at rest."""
     pull, _ = tension(1.0, h, W)
     length = hypot(1.0, h)
     top, bottom, tip = (left, 0.0), (left, -1.0), (left + pull / length, -1.0 + pull * h / length)
     for begin, end, colour, label, offset in (
         (top, bottom, INK, "load", (-14, -3)),
-        (bottom, tip, LINE_C, f"T_c = {pull:.2f}", (24, -19)),
-        (tip, top, LINE_B, f"T_b = {pull:.2f}", (24, 13)),
+        (bottom, tip, LINE_C, f"T$_c$ = {pull:.2f}", (24, -19)),
+        (tip, top, LINE_B, f"T$_b$ = {pull:.2f}", (24, 13)),
     ):
         arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 2.0, "shrinkA": 0.0, "shrinkB": 0.0}
         axes.annotate("", end, begin, arrowprops=arrow)

@@ -5,24 +5,33 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, YELLOW, blank, house_style
+from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, YELLOW, blank, house_style
 from maya_un.schema.jobs import TRANSITIONS, TaskState
 
 PLACES = {
-    TaskState.SKIPPED: (0.0, 2.9),
-    TaskState.HELD: (0.0, 0.3),
-    TaskState.QUEUED: (2.0, 0.9),
-    TaskState.INTERRUPTED: (2.0, 3.5),
-    TaskState.RUNNING: (4.6, 1.9),
-    TaskState.PAUSED: (4.6, 4.0),
-    TaskState.DONE: (7.3, 3.1),
-    TaskState.FAILED: (7.3, 1.4),
-    TaskState.CANCELLED: (4.6, -0.3),
+    TaskState.HELD: (0.0, 2.0),
+    TaskState.QUEUED: (0.0, 0.0),
+    TaskState.RUNNING: (2.6, 0.0),
+    TaskState.PAUSED: (2.6, 2.0),
+    TaskState.INTERRUPTED: (2.6, -2.0),
 }
-"""The place of each state in the picture; a missing state fails the drawing."""
+"""The place of each state that is not final; a missing one fails the drawing."""
 
-BENDS = {(TaskState.PAUSED, TaskState.CANCELLED): 0.62, (TaskState.INTERRUPTED, TaskState.FAILED): -0.05}
-"""How far an arrow is bent that would run through a box."""
+CAUSES = {
+    (TaskState.HELD, TaskState.QUEUED): ("released", (0.66, 1.0)),
+    (TaskState.QUEUED, TaskState.HELD): ("held", (-0.46, 1.0)),
+    (TaskState.QUEUED, TaskState.RUNNING): ("its turn", (1.25, 0.2)),
+    (TaskState.RUNNING, TaskState.PAUSED): ("paused", (2.08, 1.0)),
+    (TaskState.PAUSED, TaskState.RUNNING): ("resumed", (3.18, 1.0)),
+    (TaskState.RUNNING, TaskState.INTERRUPTED): ("program\nended", (3.2, -1.0)),
+    (TaskState.PAUSED, TaskState.INTERRUPTED): ("program\nended", (4.1, 0.55)),
+    (TaskState.INTERRUPTED, TaskState.RUNNING): ("continued", (1.92, -0.8)),
+    (TaskState.INTERRUPTED, TaskState.QUEUED): ("step\nrepeated", (0.75, -1.4)),
+}
+"""What leads from one state to another, and where the picture says it; a missing pair fails the drawing."""
+
+ROUND_THE_SIDE = (TaskState.PAUSED, TaskState.INTERRUPTED)
+"""The pair between which a third state lies."""
 
 COLOURS = {
     TaskState.RUNNING: BLUE,
@@ -31,46 +40,64 @@ COLOURS = {
     TaskState.INTERRUPTED: YELLOW,
 }
 
-WIDE, HIGH = 1.25, 0.46
-
 
 def states() -> Figure:
     """Return the life of jobs and of their steps, drawn from the table of states."""
     with house_style():
-        figure = blank(7.2, 4.2)
-        axes = figure.add_subplot()
+        figure = blank(7.2, 3.9)
+        life, ends = figure.subplots(1, 2, width_ratios=(1.12, 1.0))
         for old, following in TRANSITIONS.items():
-            for new in sorted(following):
-                _arrow(axes, old, new)
-        for state in TRANSITIONS:
-            _box(axes, state)
-        axes.set(aspect="equal", xlim=(-0.9, 8.1), ylim=(-0.7, 4.4))
-        axes.set_axis_off()
+            for new in following:
+                if not new.ended:
+                    _arrow(life, old, new)
+        for state, place in PLACES.items():
+            _box(life, state, place)
+        life.set(xlim=(-1.0, 4.8), ylim=(-2.5, 2.5), title="Before the end")
+        life.set_axis_off()
+        _ends(ends)
     return figure
 
 
-def _box(axes: Axes, state: TaskState) -> None:
-    """Draw a state; one that nothing follows has a thin line."""
-    style = {"boxstyle": "round,pad=0.45", "facecolor": "white", "edgecolor": COLOURS.get(state, INK)}
-    width = 1.0 if state.ended else 2.0
-    axes.text(*PLACES[state], state.value, ha="center", va="center", fontsize=9, bbox={**style, "linewidth": width})
+def _box(axes: Axes, state: TaskState, place: tuple[float, float]) -> None:
+    style = {"boxstyle": "round,pad=0.45", "facecolor": "white", "edgecolor": COLOURS.get(state, INK), "linewidth": 2.0}
+    axes.text(*place, state.value, ha="center", va="center", fontsize=9, bbox=style, zorder=4)
 
 
 def _arrow(axes: Axes, old: TaskState, new: TaskState) -> None:
-    """Draw what may follow; two arrows between the same two states are bent apart."""
+    """Draw what may follow, with its cause; two arrows between the same two states lie side by side."""
     both = old in TRANSITIONS[new]
     (x0, y0), (x1, y1) = PLACES[old], PLACES[new]
-    start, end = _edge((x0, y0), (x1, y1)), _edge((x1, y1), (x0, y0))
-    bend = BENDS.get((old, new), 0.22 if both else 0.06)
-    arrow = {"arrowstyle": "-|>", "color": GREY, "linewidth": 0.9, "shrinkA": 2.0, "shrinkB": 2.0}
-    axes.annotate("", end, start, arrowprops={**arrow, "connectionstyle": f"arc3,rad={bend}"}, zorder=0)
+    flat = y0 == y1
+    bend, aside = 0.0, 0.0
+    if (old, new) == ROUND_THE_SIDE:
+        bend, x0, x1 = -0.62, x0 + 0.55, x1 + 0.8
+    elif both:
+        aside = -0.16 if y1 > y0 else 0.16
+    start, end = (x0 + aside, y0), (x1 + aside, y1)
+    arrow = {
+        "arrowstyle": "-|>",
+        "color": GREY,
+        "linewidth": 0.9,
+        "shrinkA": 28.0 if flat else 12.0 if not bend else 3.0,
+        "shrinkB": 30.0 if flat else 12.0 if not bend else 3.0,
+        "connectionstyle": f"arc3,rad={bend}",
+    }
+    axes.annotate("", end, start, arrowprops=arrow, zorder=1)
+    cause, place = CAUSES[old, new]
+    axes.text(*place, cause, ha="center", va="center", fontsize=8, color=GREY)
 
 
-def _edge(middle: tuple[float, float], to: tuple[float, float]) -> tuple[float, float]:
-    """Return where a line from the middle of a box to another leaves it."""
-    dx, dy = to[0] - middle[0], to[1] - middle[1]
-    scale = min(
-        WIDE / 2.0 / abs(dx) if dx else float("inf"),
-        HIGH / 2.0 / abs(dy) if dy else float("inf"),
-    )
-    return middle[0] + dx * scale, middle[1] + dy * scale
+def _ends(axes: Axes) -> None:
+    """Draw a table: in which final states each other state may end."""
+    living = list(PLACES)
+    final = [state for state in TRANSITIONS if state.ended]
+    for column, end in enumerate(final):
+        axes.text(column, -0.75, end.value, ha="center", fontsize=7.5, color=COLOURS.get(end, INK))
+    for row, state in enumerate(living):
+        axes.axhline(row + 0.5, color=PALE, linewidth=0.6)
+        axes.text(-0.8, row, state.value, ha="right", va="center", fontsize=9)
+        for column, end in enumerate(final):
+            if end in TRANSITIONS[state]:
+                axes.plot(column, row, marker="o", markersize=7, color=COLOURS.get(end, INK))
+    axes.set(xlim=(-2.2, len(final) - 0.4), ylim=(len(living) + 1.2, -2.2), title="How each of them may end")
+    axes.set_axis_off()
