@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from math import dist, pi
+from math import degrees, dist, pi
 from pathlib import Path
 
 import pytest
@@ -12,6 +12,7 @@ from playwright.sync_api import Locator, expect
 
 from maya_un.machine.truth import TrueConstants
 from maya_un.values import Joints, Point
+from tests.calm import CALM_FILE
 from tests.dashboard.furnished import MEASURED
 from tests.dashboard.inside import Options, TwinService, twin_service
 from tests.dashboard.tabs import GONE, SIZES, Tab
@@ -31,6 +32,13 @@ NEAR = 2e-3
 def new(tmp_path: Path) -> Iterator[TwinService]:
     """Return a robot that nobody has used, with the part of the first example on the table."""
     with twin_service(tmp_path, Options(FAST, homed=False, parts={"cube": CUBE})) as made:
+        yield made
+
+
+@pytest.fixture
+def ready(tmp_path: Path) -> Iterator[TwinService]:
+    """Return a homed robot with the part of the first example on the table."""
+    with twin_service(tmp_path, Options(FAST, parts={"cube": CUBE})) as made:
         yield made
 
 
@@ -265,3 +273,76 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
     after = [off(crooked, joints) for joints in TARGETS]
     assert min(before) > 5e-3
     assert max(after) < 1e-3
+
+
+SWITCHLESS = """
+[axes.a]
+switches = "none"
+[axes.b]
+switches = "none"
+[axes.c]
+switches = "none"
+"""
+
+
+@pytest.fixture
+def switchless(tmp_path: Path) -> Iterator[TwinService]:
+    """Return a robot that has no limit switches and is not homed."""
+    text = CALM_FILE.read_text(encoding="utf-8") + SWITCHLESS
+    (tmp_path / "maya.toml").write_text(text, encoding="utf-8")
+    with twin_service(tmp_path, Options(FAST, homed=False)) as made:
+        yield made
+
+
+def state_joints(tab: Tab, robot: TwinService) -> None:
+    """Type the true joints into the form of the datum, as a person has measured them, and send them."""
+    a, b, c = robot.truth(lambda twin: twin.mechanics.true_joints())
+    for name, value in (("a", degrees(a)), ("b", b * 1e3), ("c", c * 1e3)):
+        tab.page.fill(f"[data-stated={name}] input", f"{value:.2f}")
+    tab.page.click("[data-datum-declare]")
+
+
+def test_a_person_gives_the_datum_of_a_robot_without_switches(
+    switchless: TwinService, tab_of: Callable[..., Tab]
+) -> None:
+    tab = tab_of(switchless)
+    enter(tab)
+    form = tab.page.locator("[data-datum]")
+    expect(form).to_contain_text("Tell it where it stands.")
+    before = switchless.truth(lambda twin: twin.mechanics.true_joints())
+    form.locator("[data-datum-axis=b]").click()
+    form.get_by_role("button", name="+10.0 mm").click()
+    expect(form.locator("[data-datum-moved]")).to_be_visible()
+    after = switchless.truth(lambda twin: twin.mechanics.true_joints())
+    assert after == pytest.approx((before[0], before[1] + 0.010, before[2]), abs=1e-4)
+    state_joints(tab, switchless)
+    expect(form).to_contain_text("until a second pose confirms")
+    assert dist(switchless.state["point"], switchless.gripper) < NEAR
+    a, b, c = switchless.state["joints"]
+    off(switchless, Joints(a + 0.1, b - 0.1, c - 0.15))
+    state_joints(tab, switchless)
+    expect(form).to_have_count(0)
+    assert switchless.ask("GET /v1/datum")["confirmed"] is True
+
+
+def test_a_job_asks_and_the_queue_names_what_the_next_one_would_fail_with(
+    ready: TwinService, tab_of: Callable[..., Tab]
+) -> None:
+    tab = tab_of(ready)
+    enter(tab)
+    visit(tab, "/queue")
+    asks = {"ask": {"question": "Which tray?", "choices": ["left", "right"]}}
+    asking = ready.ask("POST /v1/jobs", {"name": "asks", "steps": [asks]})["id"]
+    for name in ("picks", "picks again"):
+        ready.ask("POST /v1/jobs", {"name": name, "steps": [{"pick": list(CUBE)}]})
+    question = tab.page.locator("[data-question]")
+    expect(question).to_contain_text("Which tray?")
+    waiting = tab.page.locator("[data-waiting] [data-job]")
+    expect(waiting.filter(has_text="picks again")).to_contain_text("As things are")
+    expect(waiting.first).not_to_contain_text("As things are")
+    ready.ask("POST /v1/queue/pause", {})
+    visit(tab, "/")
+    expect(question).to_contain_text("Which tray?")
+    question.locator("[data-answer]", has_text="right").click()
+    expect(question).to_have_count(0)
+    ready.until(lambda report: report["state"] == "done", f"/v1/jobs/{asking}")

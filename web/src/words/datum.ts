@@ -1,0 +1,18 @@
+import { words } from "./index.ts";
+
+export const DATUM = words({
+  title: ["Position of the robot", "Posición del robot"],
+  needed: ["The robot cannot home alone: {reason}. Tell it where it stands.", "El robot no puede referenciarse solo: {reason}. Dígale dónde está."],
+  bring: [
+    "Bring the robot to a pose that you can measure, slowly. Watch it: it stops at a switch and at twice the load, but does not know the table.",
+    "Lleve el robot despacio a una postura que pueda medir. Obsérvelo: se detiene en un interruptor y con el doble de la carga, pero no conoce la mesa.",
+  ],
+  axis: ["Axis", "Eje"],
+  moved: ["Axis {axis} has moved by {distance}.", "El eje {axis} se ha movido {distance}."],
+  first: ["Measure the angle of the boom and both lines, from pulley to meeting point.", "Mida el ángulo del brazo y los dos cables, de la polea al punto de unión."],
+  give: ["It stands here", "Está aquí"],
+  unconfirmed: ["Motion is slow until a second pose confirms the position.", "El movimiento es lento hasta que una segunda postura confirme la posición."],
+  second: ["Jog all three axes to another pose, and measure again.", "Mueva los tres ejes a otra postura y mida de nuevo."],
+  confirm: ["Confirm", "Confirmar"],
+  missing: ["Enter all three joints.", "Introduzca las tres articulaciones."],
+});
