@@ -15,9 +15,9 @@ from typing import TypeVar
 from fastapi import FastAPI
 
 from dmc41x3.loops import ScaledLoop
-from maya_ros.rosbridge.standalone import endpoint
+from maya_ros.edge import endpoint
 from maya_un.assembly import Stack, stack
-from maya_un.edges import EndpointOptions
+from maya_un.edges import EndpointOptions, Ros2Options
 from maya_un.http import dates
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
@@ -67,10 +67,13 @@ class SharedRobot:
 
 
 @contextmanager
-def shared_robot(state: Path, *, users: bool) -> Iterator[SharedRobot]:
-    """Keep a homed robot running while the block runs, its journal in the folder `state`; with `users` of each role."""
+def shared_robot(state: Path, *, users: bool, ros2: Ros2Options | None = None) -> Iterator[SharedRobot]:
+    """Keep a homed robot running while the block runs, its journal in the folder `state`; with `users` of each role.
+
+    With `ros2` it is in a graph of ROS 2 too.
+    """
     started: Future[SharedRobot] = Future()
-    thread = threading.Thread(target=_run, args=(state, users, started), name="shared robot")
+    thread = threading.Thread(target=_run, args=(state, users, ros2, started), name="shared robot")
     thread.start()
     robot = started.result(60.0)
     try:
@@ -80,17 +83,17 @@ def shared_robot(state: Path, *, users: bool) -> Iterator[SharedRobot]:
         thread.join()
 
 
-def _run(state: Path, users: bool, started: Future[SharedRobot]) -> None:
+def _run(state: Path, users: bool, ros2: Ros2Options | None, started: Future[SharedRobot]) -> None:
     with asyncio.Runner(loop_factory=lambda: ScaledLoop(SPEED)) as runner:
         try:
-            runner.run(_serve(state, users, started))
+            runner.run(_serve(state, users, ros2, started))
         except BaseException as error:
             if not started.done():
                 started.set_exception(error)
             raise
 
 
-async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None:
+async def _serve(state: Path, users: bool, ros2: Ros2Options | None, started: Future[SharedRobot]) -> None:
     loop, over = asyncio.get_running_loop(), asyncio.Event()
     file = state / "maya.db"
     journal = await SqliteJournal.open(file)
@@ -100,7 +103,7 @@ async def _serve(state: Path, users: bool, started: Future[SharedRobot]) -> None
             bridge = Bridge(loop, running.service, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))
             with bound_socket(0) as near, bound_socket(0) as listener:
-                place = EndpointOptions(listener, OriginPolicy(near=_UNBOUNDED), state / "steps.db")
+                place = EndpointOptions(listener, OriginPolicy(near=_UNBOUNDED), state / "steps.db", ros2)
                 beside = partial(endpoint, running, bridge, place, speed=SPEED)
                 async with served(app, near, beside=beside) as url:
                     rosbridge = "ws://{}:{}".format(*listener.getsockname())

@@ -17,12 +17,23 @@ from maya_un.http.origins import OriginPolicy
 GROUP = "maya_un.edges"
 
 
-class EndpointOptions(NamedTuple):
-    """The socket of an edge, its origin policy, and the file that records which steps were carried out."""
+class Ros2Options(NamedTuple):
+    """The domain of a ROS 2 graph, and the namespace of the robot in it, "" for none."""
 
-    listener: socket
+    domain: int
+    namespace: str = ""
+
+
+class EndpointOptions(NamedTuple):
+    """Where the graph of ROS is served, and the file that records which steps were carried out.
+
+    `listener` is the socket of rosbridge, None for none; `edge` is its origin policy.
+    """
+
+    listener: socket | None
     edge: OriginPolicy
     steps: Path
+    ros2: Ros2Options | None = None
 
 
 class Edge(Protocol):

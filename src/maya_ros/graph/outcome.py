@@ -11,7 +11,8 @@ from collections.abc import Callable, Coroutine, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 from dmc41x3.i18n import phrase
-from maya_ros.graph.protocol import Act, Feedback, GoalRefused, GoalStatus, Graph, Message
+from maya_ros.graph import types
+from maya_ros.graph.protocol import Act, Feedback, GoalRefused, GoalResult, GoalStatus, Graph, Message
 from maya_ros.graph.table import Row
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.errors import (
@@ -113,6 +114,33 @@ async def run_action(graph: Graph, row: Row, goal: Message, feedback: Feedback |
             service=row.name, reason=phrase("it ended as {outcome}", outcome=ended.outcome.name.lower())
         )
     return ended.result
+
+
+async def goal_to_its_end(
+    graph: Graph, action: str, kind: str, goal: Message, feedback: Feedback | None = None
+) -> GoalResult:
+    """Carry out a goal and return its outcome, also after a cancellation.
+
+    A caller that cancels `Graph.do` learns that the goal has ended but not how, so the results are subscribed to as
+    well.
+    """
+    last: GoalResult | None = None
+
+    def heard(message: Message) -> None:
+        nonlocal last
+        outcome = GoalStatus(message["status"]["status"])
+        if outcome is not GoalStatus.REJECTED:
+            last = GoalResult(outcome, message["result"])
+
+    results = graph.subscribe(f"{action}/result", f"{kind}ActionResult", heard)
+    try:
+        return await graph.do(action, kind, goal, feedback)
+    except asyncio.CancelledError:
+        known = types.fields(f"{kind}Result")
+        fitting = {name: value for name, value in failure(Cancelled()).items() if name in known}
+        return last or GoalResult(GoalStatus.PREEMPTED, fitting)
+    finally:
+        results.close()
 
 
 async def call_service(graph: Graph, row: Row, request: Message) -> Message:

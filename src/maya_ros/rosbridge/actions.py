@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from dmc41x3.i18n import phrase
 from maya_ros.graph import types
-from maya_ros.graph.outcome import failure
+from maya_ros.graph.outcome import goal_to_its_end
 from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, GraphHandle, Message, stamp
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.client import ROWS, Id, RosbridgeClient, StatusLevel
@@ -44,7 +44,6 @@ class _SentGoal:
         self._feedback = False
         self._compression = "none"
         self._fragment = 0
-        self._last: GoalResult | None = None
 
     def read(self, fields: Fields) -> None:
         """Read the other fields; raises `InvalidRequest`. Results are JSON or a picture of it, as for services."""
@@ -57,23 +56,9 @@ class _SentGoal:
         self._fragment = fields.whole("fragment_size", 0, SMALLEST_FRAGMENT, LONGEST_MESSAGE)
 
     async def ended(self) -> GoalResult:
-        """Carry out the goal and return its outcome, also after a cancellation.
-
-        A caller that cancels `do` learns that the goal has ended but not how, so its results are subscribed to as well.
-        """
-        heard = self._client.graph.subscribe(f"{self.action}/result", f"{self.kind}ActionResult", self._heard)
+        """Carry out the goal and return its outcome, also after a cancellation."""
         told = self.tell if self._feedback else None
-        try:
-            return await self._client.graph.do(self.action, self.kind, self.goal, told)
-        except asyncio.CancelledError:
-            return self._last or GoalResult(GoalStatus.PREEMPTED, _fitting(self.kind, failure(Cancelled())))
-        finally:
-            heard.close()
-
-    def _heard(self, message: Message) -> None:
-        outcome = GoalStatus(message["status"]["status"])
-        if outcome is not GoalStatus.REJECTED:
-            self._last = GoalResult(outcome, message["result"])
+        return await goal_to_its_end(self._client.graph, self.action, self.kind, self.goal, told)
 
     def tell(self, feedback: Message) -> None:
         """Send feedback."""
@@ -148,11 +133,6 @@ class ClientGoals:
         if found is None or found[0] != action:
             raise InvalidRequest(key="id", reason="no goal of this name is under way")
         found[1].cancel()
-
-
-def _fitting(kind: str, result: Message) -> Message:
-    known = types.fields(f"{kind}Result")
-    return types.conform(f"{kind}Result", {name: value for name, value in result.items() if name in known})
 
 
 def _why(ended: GoalResult) -> str:

@@ -6,6 +6,7 @@ from collections.abc import AsyncIterator, Iterator
 from contextlib import AbstractAsyncContextManager, AsyncExitStack, asynccontextmanager, contextmanager
 from functools import partial
 from pathlib import Path
+from socket import socket
 from typing import Protocol
 
 from dmc41x3.address import SIM
@@ -24,21 +25,18 @@ from maya_ros.rosbridge.endpoint import NODE, Endpoint
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
 from maya_un.assembly import Stack
 from maya_un.config import Config
-from maya_un.edges import EndpointOptions
 from maya_un.http import dates
 from maya_un.http.bridge import Bridge
+from maya_un.http.origins import OriginPolicy
 from maya_un.steps.store import StepStore
 
 
 @asynccontextmanager
-async def endpoint(
-    stack: Stack, bridge: Bridge, place: EndpointOptions, *, speed: float = 1.0, now: Clock = dates.epoch
-) -> AsyncIterator[Endpoint]:
-    """Serve rosbridge for `stack` at `place`, on the graph of `graph_of`, while the block runs."""
-    async with graph_of(stack, bridge, place.steps, speed=speed, now=now) as bus:
-        serving = Endpoint(partial(_seat, bus), now, place.edge, admission=bridge)
-        async with serving.serving(place.listener):
-            yield serving
+async def served(bus: Bus, bridge: Bridge, listener: socket, edge: OriginPolicy, now: Clock) -> AsyncIterator[Endpoint]:
+    """Serve rosbridge for a graph at `listener` while the block runs."""
+    serving = Endpoint(partial(_seat, bus), now, edge, admission=bridge)
+    async with serving.serving(listener):
+        yield serving
 
 
 @asynccontextmanager

@@ -153,6 +153,12 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
             help="serve rosbridge at this port; 0 takes any free port  [default: 9090]",
         ),
     ] = None,
+    ros2: Annotated[
+        bool, typer.Option("--ros2", help="also appear in the ROS 2 graph of the domain $ROS_DOMAIN_ID, without ROS 2")
+    ] = False,
+    ros_namespace: Annotated[
+        str, typer.Option("--ros-namespace", metavar="NAME", help="the robot's namespace in the ROS 2 graph")
+    ] = "",
     coms: Annotated[bool, typer.Option("--coms", help="also start `maya coms`, and rosbridge, which it needs")] = False,
     show: Annotated[
         bool, typer.Option("--open", help="open the dashboard in the default browser of this computer")
@@ -172,8 +178,9 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     finish = on_exit == "finish"
     endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
     options = command.UpOptions(
-        address, speed, port, seed, truth, table, skip_home, journal, finish, remote, endpoint, take_over, coms, show
-    )
+        address, speed, port, seed, truth, table, skip_home, journal, finish, remote, endpoint, take_over, coms, show,
+        command.ros2_of(ros_namespace) if ros2 else None,
+    )  # fmt: skip
     return command.up(options, settings_of(context))
 
 

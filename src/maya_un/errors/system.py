@@ -104,6 +104,17 @@ class RosMissing(
     reason: Phrase
 
 
+class Ros2Missing(
+    RequestError,
+    code=5016,
+    en="Maya cannot join a ROS 2 graph: the package {name} is not installed. Run `pip install 'maya-un[ros2]'`. For "
+    "Linux on ARM there is no such package: use `--rosbridge` there.",
+):
+    """`maya up --ros2` without the library that speaks DDS."""
+
+    name: str
+
+
 class StorageUnavailable(
     RequestError,
     code=5014,

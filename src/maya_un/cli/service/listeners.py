@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import socket
 from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,7 +23,7 @@ from maya_un.http.sockets import (
 )
 
 if TYPE_CHECKING:
-    from maya_un.edges import EndpointOptions
+    from maya_un.edges import EndpointOptions, Ros2Options
 
 PORT = 4134
 """The default port for other computers; loopback uses another one."""
@@ -142,25 +142,29 @@ STEPS = "steps.db"
 
 
 @contextmanager
-def rosbridge_at(port: int | None, journal: Path | None, remote: RemoteAccess) -> Iterator[EndpointOptions | None]:
-    """Yield the options of the rosbridge endpoint, on loopback only, or None without a port.
+def graph_at(
+    port: int | None, ros2: Ros2Options | None, journal: Path | None, remote: RemoteAccess
+) -> Iterator[EndpointOptions | None]:
+    """Yield where the graph of ROS is served: rosbridge at `port`, on loopback only, and ROS 2; None without both.
 
     Without a `journal`, its file of steps is deleted at the end of the block. Raises `AddressInUse` and `InvalidValue`.
     """
-    if port is None:
+    if port is None and ros2 is None:
         yield None
         return
     from maya_un.edges import EndpointOptions
 
-    with bound_socket(port) as listener, _folder_of_steps(journal) as folder:
-        yield EndpointOptions(listener, replace(remote.edge(), remote=False), Path(folder, STEPS))
+    with ExitStack() as held:
+        listener = None if port is None else held.enter_context(bound_socket(port))
+        folder = held.enter_context(_folder_of_steps(journal))
+        yield EndpointOptions(listener, replace(remote.edge(), remote=False), Path(folder, STEPS), ros2)
 
 
 def _folder_of_steps(journal: Path | None) -> AbstractContextManager[str | Path]:
     return TemporaryDirectory(prefix="maya-steps-") if journal is None else nullcontext(journal.parent)
 
 
-def url_of(place: EndpointOptions) -> str:
-    """Return the URL of the endpoint."""
-    host, port = place.listener.getsockname()[:2]
+def url_of(listener: socket.socket) -> str:
+    """Return the URL of rosbridge at a listener."""
+    host, port = listener.getsockname()[:2]
     return f"ws://{host}:{port}"

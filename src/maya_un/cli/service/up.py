@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import signal
 import socket
 from collections.abc import AsyncIterator, Callable, Iterator
@@ -31,13 +32,13 @@ from maya_un.cli.configure import config_file, configuration, on_the_table, requ
 from maya_un.cli.fleet.watching import fleet_beside
 from maya_un.cli.recordings.recordings import store
 from maya_un.cli.service.browser import show_page
-from maya_un.cli.service.listeners import RemoteAccess, require_users, rosbridge_at, url_of
+from maya_un.cli.service.listeners import RemoteAccess, graph_at, require_users, url_of
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
 from maya_un.config import Config
 from maya_un.config.state_folder import own_state_folder
 from maya_un.dashboard.pages import add_dashboard
-from maya_un.errors import MayaError
+from maya_un.errors import InvalidValue, MayaError
 from maya_un.http import dates, log
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
@@ -51,13 +52,15 @@ from maya_un.schema.jobs import QueueMode, QueueView
 from maya_un.values import Mode, Point
 
 if TYPE_CHECKING:
-    from maya_un.edges import EndpointOptions
+    from maya_un.edges import EndpointOptions, Ros2Options
     from maya_un.machine.truth import TrueConstants
 
 
 @dataclass(frozen=True, slots=True)
 class StartupBanner:
     """The content of the banner: `far` is the URL for other computers, `rosbridge` that of its endpoint.
+
+    `ros2` is the domain of the ROS 2 graph.
 
     `refusal` is the error that prevented the use of a stored homing.
     """
@@ -70,6 +73,7 @@ class StartupBanner:
     queue: QueueView
     refusal: MayaError | None
     rosbridge: str | None = None
+    ros2: int | None = None
 
 
 def greet(greeting: StartupBanner, settings: OutputSettings) -> None:
@@ -89,6 +93,7 @@ def _data(greeting: StartupBanner, language: str) -> dict[str, object]:
         "url": greeting.url,
         "remote": greeting.far,
         "rosbridge": greeting.rosbridge,
+        "ros2": greeting.ros2,
         "pid": os.getpid(),
         "address": greeting.address,
         "speed": greeting.speed,
@@ -115,6 +120,8 @@ def _lines(greeting: StartupBanner, language: str) -> Iterator[str]:
         yield translate("For other machines, with a token: {url}", language, url=greeting.far)
     if greeting.rosbridge is not None:
         yield translate("rosbridge: {url}", language, url=greeting.rosbridge)
+    if greeting.ros2 is not None:
+        yield translate("ROS 2: domain {domain}", language, domain=greeting.ros2)
     queue = greeting.queue
     if queue.recovery is not None:
         found = queue.recovery
@@ -268,6 +275,9 @@ async def _come_to_rest(running: Stack) -> None:
 ROSBRIDGE_PORT = 9090
 """The default port of rosbridge."""
 
+LAST_DOMAIN = 232
+"""The last domain of DDS whose ports exist."""
+
 MEMORY = "memory"
 """The name of the journal in memory."""
 
@@ -282,7 +292,8 @@ class UpOptions(NamedTuple):
     `truth` is as in `configure.truth_of_twin`. `journal` is the file of the queue, "memory" for none, None for the
     default file; with `finish`, the running step is finished before this program ends. `rosbridge` is the port of that
     endpoint, None for none. `take_over` takes the controller from another program that owns it. `coms` also starts
-    `maya coms`, which needs that endpoint. `show` opens the dashboard in the default browser.
+    `maya coms`, which needs that endpoint. `show` opens the dashboard in the default browser. With `ros2` the robot
+    appears in a graph of ROS 2.
     """
 
     address: str = SIM
@@ -299,6 +310,7 @@ class UpOptions(NamedTuple):
     take_over: bool = False
     coms: bool = False
     show: bool = False
+    ros2: Ros2Options | None = None
 
 
 class _Robot(NamedTuple):
@@ -323,11 +335,11 @@ class _Robot(NamedTuple):
 
 
 class _UpListeners(NamedTuple):
-    """The listeners: HTTP on loopback, HTTP for other computers, and rosbridge; None if absent."""
+    """The listeners: HTTP on loopback, HTTP for other computers, and those of the graph of ROS; None if absent."""
 
     near: socket.socket
     far: ListeningSocket | None
-    rosbridge: EndpointOptions | None
+    graph: EndpointOptions | None
 
 
 def up(options: UpOptions, settings: OutputSettings) -> int:
@@ -342,7 +354,7 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
     config = configuration(settings)
     address = target_address(options.address, config.controller.address)
     speed = clock_factor(options.speed, address)
-    if options.rosbridge is not None:
+    if options.rosbridge is not None or options.ros2 is not None:
         config = _configured(config, speed)
     require_twin(address, "maya up", seed=options.seed, truth=options.truth, table=options.table)
     seed = options.seed or 0
@@ -358,11 +370,23 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
         far = options.remote.listener()
         if far is not None:
             held.enter_context(far.socket)
-        rosbridge = held.enter_context(rosbridge_at(options.rosbridge, journal, options.remote))
-        if rosbridge is not None and options.coms:
-            held.enter_context(coms_beside(url_of(rosbridge), config.coms))
-        run(_serve(robot, options, _UpListeners(near, far, rosbridge), settings), clock)
+        graph = held.enter_context(graph_at(options.rosbridge, options.ros2, journal, options.remote))
+        if graph is not None and graph.listener is not None and options.coms:
+            held.enter_context(coms_beside(url_of(graph.listener), config.coms))
+        run(_serve(robot, options, _UpListeners(near, far, graph), settings), clock)
     return output.DONE
+
+
+def ros2_of(namespace: str) -> Ros2Options:
+    """Return the domain that $ROS_DOMAIN_ID names, 0 without it, and a namespace. Raises `InvalidValue`."""
+    from maya_un.edges import Ros2Options
+
+    text = os.environ.get("ROS_DOMAIN_ID") or "0"
+    if not text.isdecimal() or int(text) > LAST_DOMAIN:
+        raise InvalidValue(key="ROS_DOMAIN_ID", value=text, reason=f"it must be a number from 0 to {LAST_DOMAIN}")
+    if not re.fullmatch(r"(/?[A-Za-z_][A-Za-z0-9_]*)*/?", namespace):
+        raise InvalidValue(key="--ros-namespace", value=namespace, reason="it must be names with slashes between them")
+    return Ros2Options(int(text), namespace)
 
 
 def journal_file(named: str | None) -> Path | None:
@@ -390,7 +414,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         add_dashboard(app, robot.config.camera.url)
         ending = ShutdownRequest(finish=options.finish)
         far = () if listeners.far is None else (listeners.far,)
-        beside = partial(_beside, running, bridge, listeners.rosbridge, robot.speed, coms=options.coms)
+        beside = partial(_beside, running, bridge, listeners.graph, robot.speed, coms=options.coms)
         async with served(app, listeners.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
             with ending.listening():
                 controller = None if robot.address == SIM else parse(robot.address)
@@ -451,14 +475,14 @@ async def _looked_after(speed: float, metrics: Metrics) -> AsyncIterator[None]:
 
 @asynccontextmanager
 async def _beside(
-    running: Stack, bridge: Bridge, rosbridge: EndpointOptions | None, speed: float, *, coms: bool
+    running: Stack, bridge: Bridge, graph: EndpointOptions | None, speed: float, *, coms: bool
 ) -> AsyncIterator[None]:
-    """Serve rosbridge beside HTTP, and watch the fleet beside `maya coms`, if requested."""
+    """Serve the graph of ROS beside HTTP, and watch the fleet beside `maya coms`, if requested."""
     async with AsyncExitStack() as opened:
-        if rosbridge is not None:
+        if graph is not None:
             from maya_un.edges import edge
 
-            await opened.enter_async_context(edge("rosbridge").endpoint(running, bridge, rosbridge, speed=speed))
+            await opened.enter_async_context(edge("ros").endpoint(running, bridge, graph, speed=speed))
             if coms:
                 await opened.enter_async_context(fleet_beside(running.service.fleet))
         yield
@@ -467,7 +491,7 @@ async def _beside(
 def _configured(config: Config, speed: float) -> Config:
     from maya_un.edges import edge
 
-    return edge("rosbridge").configured(config, speed)
+    return edge("ros").configured(config, speed)
 
 
 def _not_shown(url: str, settings: OutputSettings) -> None:
@@ -477,9 +501,11 @@ def _not_shown(url: str, settings: OutputSettings) -> None:
 
 def _greeting(running: Stack, robot: _Robot, url: str, at: _UpListeners, refusal: MayaError | None) -> StartupBanner:
     remote = None if at.far is None else at.far.url
-    rosbridge = None if at.rosbridge is None else url_of(at.rosbridge)
+    graph = at.graph
+    rosbridge = None if graph is None or graph.listener is None else url_of(graph.listener)
+    domain = None if graph is None or graph.ros2 is None else graph.ros2.domain
     queue = running.service.queue.view()
-    return StartupBanner(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge)
+    return StartupBanner(url, remote, robot.address, robot.speed, robot.journal, queue, refusal, rosbridge, domain)
 
 
 def _bridge(running: Stack, settings: OutputSettings) -> Bridge:

@@ -1,0 +1,362 @@
+"""A stranger in a ROS 2 graph: a program with Cyclone DDS and types written by hand, without a line of Maya.
+
+It reads one JSON command a line and answers with one JSON line:
+    {"do": "command", "task": {"command": "home"}}      {"do": "trigger", "service": NAME}      {"do": "graph"}
+    {"do": "last", "topic": NAME, "type": TYPE}         {"do": "send", "task": {...}}           and so on: see `Commands`
+"""
+
+import itertools
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl.annotations import final
+from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+PATIENCE = 60.0
+"""Longest wait for anything [s]."""
+
+
+def _name(kind: str, form: str, own: str) -> str:
+    return f"{kind}.{form}.dds_.{own}_"
+
+
+@final
+@dataclass
+class String(IdlStruct, typename=_name("std_msgs", "msg", "String")):
+    data: str
+
+
+@final
+@dataclass
+class Point(IdlStruct, typename=_name("geometry_msgs", "msg", "Point")):
+    x: float64
+    y: float64
+    z: float64
+
+
+@final
+@dataclass
+class Time(IdlStruct, typename=_name("builtin_interfaces", "msg", "Time")):
+    sec: int32
+    nanosec: uint32
+
+
+@final
+@dataclass
+class Uuid(IdlStruct, typename=_name("unique_identifier_msgs", "msg", "UUID")):
+    uuid: array[uint8, 16]
+
+
+@final
+@dataclass
+class Primitive(IdlStruct, typename=_name("maya_interfaces", "msg", "MayaPrimitive")):
+    command: str
+    target: Point
+    open: bool
+
+
+@final
+@dataclass
+class TriggerRequest(IdlStruct, typename=_name("std_srvs", "srv", "Trigger_Request")):
+    guid: uint64
+    seq: int64
+    structure_needs_at_least_one_member: uint8 = 0
+
+
+@final
+@dataclass
+class TriggerResponse(IdlStruct, typename=_name("std_srvs", "srv", "Trigger_Response")):
+    guid: uint64
+    seq: int64
+    success: bool
+    message: str
+
+
+@final
+@dataclass
+class CommandRequest(IdlStruct, typename=_name("maya_interfaces", "srv", "MayaCommand_Request")):
+    guid: uint64
+    seq: int64
+    task: Primitive
+
+
+@final
+@dataclass
+class CommandResponse(IdlStruct, typename=_name("maya_interfaces", "srv", "MayaCommand_Response")):
+    guid: uint64
+    seq: int64
+    success: bool
+    code: str
+    message: str
+
+
+@final
+@dataclass
+class TaskGoal(IdlStruct, typename=_name("maya_interfaces", "action", "Task_Goal")):
+    task: Primitive
+
+
+@final
+@dataclass
+class TaskResult(IdlStruct, typename=_name("maya_interfaces", "action", "Task_Result")):
+    success: bool
+    code: str
+    message: str
+
+
+@final
+@dataclass
+class TaskFeedback(IdlStruct, typename=_name("maya_interfaces", "action", "Task_Feedback")):
+    phase: str
+    progress: float32
+    position: Point
+
+
+@final
+@dataclass
+class SendRequest(IdlStruct, typename=_name("maya_interfaces", "action", "Task_SendGoal_Request")):
+    guid: uint64
+    seq: int64
+    goal_id: Uuid
+    goal: TaskGoal
+
+
+@final
+@dataclass
+class SendResponse(IdlStruct, typename=_name("maya_interfaces", "action", "Task_SendGoal_Response")):
+    guid: uint64
+    seq: int64
+    accepted: bool
+    stamp: Time
+
+
+@final
+@dataclass
+class ResultRequest(IdlStruct, typename=_name("maya_interfaces", "action", "Task_GetResult_Request")):
+    guid: uint64
+    seq: int64
+    goal_id: Uuid
+
+
+@final
+@dataclass
+class ResultResponse(IdlStruct, typename=_name("maya_interfaces", "action", "Task_GetResult_Response")):
+    guid: uint64
+    seq: int64
+    status: int8
+    result: TaskResult
+
+
+@final
+@dataclass
+class GoalInfo(IdlStruct, typename=_name("action_msgs", "msg", "GoalInfo")):
+    goal_id: Uuid
+    stamp: Time
+
+
+@final
+@dataclass
+class CancelRequest(IdlStruct, typename=_name("action_msgs", "srv", "CancelGoal_Request")):
+    guid: uint64
+    seq: int64
+    goal_info: GoalInfo
+
+
+@final
+@dataclass
+class CancelResponse(IdlStruct, typename=_name("action_msgs", "srv", "CancelGoal_Response")):
+    guid: uint64
+    seq: int64
+    return_code: int8
+    goals_canceling: sequence[GoalInfo]
+
+
+@final
+@dataclass
+class FeedbackMessage(IdlStruct, typename=_name("maya_interfaces", "action", "Task_FeedbackMessage")):
+    goal_id: Uuid
+    feedback: TaskFeedback
+
+
+@final
+@dataclass
+class Gid(IdlStruct, typename=_name("rmw_dds_common", "msg", "Gid")):
+    data: array[uint8, 16]
+
+
+@final
+@dataclass
+class NodeEntities(IdlStruct, typename=_name("rmw_dds_common", "msg", "NodeEntitiesInfo")):
+    node_namespace: str
+    node_name: str
+    reader_gid_seq: sequence[Gid]
+    writer_gid_seq: sequence[Gid]
+
+
+@final
+@dataclass
+class ParticipantEntities(IdlStruct, typename=_name("rmw_dds_common", "msg", "ParticipantEntitiesInfo")):
+    gid: Gid
+    node_entities_info_seq: sequence[NodeEntities]
+
+
+TYPES: dict[str, Any] = {
+    "std_msgs/String": String,
+    "geometry_msgs/Point": Point,
+    "maya_interfaces/MayaPrimitive": Primitive,
+    "std_srvs/Trigger": (TriggerRequest, TriggerResponse),
+    "maya_interfaces/MayaCommand": (CommandRequest, CommandResponse),
+}
+
+_RELIABLE = Policy.Reliability.Reliable(100_000_000)
+_WIRE = Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False)
+
+
+def qos(depth: int, *, late: bool = False) -> Qos:
+    """Return the quality that rmw_cyclonedds uses by default."""
+    kept = Policy.Durability.TransientLocal if late else Policy.Durability.Volatile
+    return Qos(_RELIABLE, kept, Policy.History.KeepLast(depth), _WIRE)
+
+
+def until(fact: Callable[[], Any], what: str) -> Any:
+    """Return the first true value of `fact`."""
+    end = time.monotonic() + PATIENCE
+    while not (found := fact()):
+        if time.monotonic() > end:
+            raise TimeoutError(what)
+        time.sleep(0.002)
+    return found
+
+
+class Peer:
+    """A participant, with clients of services as they are needed."""
+
+    def __init__(self, domain: int, namespace: str) -> None:
+        self.participant = DomainParticipant(domain)
+        self._namespace = namespace
+        self._numbers = itertools.count(1)
+        self._clients: dict[str, tuple[DataWriter[Any], DataReader[Any]]] = {}
+        self._readers: dict[str, DataReader[Any]] = {}
+        self._goals: dict[str, Any] = {}
+        self.discovered = self.reader("ros_discovery_info", ParticipantEntities, late=True, depth=100)
+        self.readers = BuiltinDataReader(self.participant, BuiltinTopicDcpsSubscription)
+        self.writers = BuiltinDataReader(self.participant, BuiltinTopicDcpsPublication)
+
+    def reader(self, topic: str, kind: Any, *, late: bool = False, depth: int = 10) -> DataReader[Any]:
+        return DataReader(self.participant, Topic(self.participant, topic, kind), qos(depth, late=late))
+
+    def call(self, service: str, kinds: tuple[Any, Any], **request: Any) -> Any:
+        """Call a service as soon as it is matched on both sides, and return its response."""
+        if service not in self._clients:
+            asked, answered = kinds
+            topic = Topic(self.participant, f"rq{self._namespace}{service}Request", asked)
+            reader = self.reader(f"rr{self._namespace}{service}Reply", answered, depth=100)
+            self._clients[service] = (DataWriter(self.participant, topic, qos(10)), reader)
+        writer, reader = self._clients[service]
+        until(
+            lambda: writer.get_matched_subscriptions() and reader.get_matched_publications(), f"a server of {service}"
+        )
+        number = next(self._numbers)
+        writer.write(kinds[0](guid=os.getpid(), seq=number, **request))
+
+        def answer() -> Any:
+            return next((one for one in reader.take(100) if (one.guid, one.seq) == (os.getpid(), number)), None)
+
+        return until(answer, f"an answer of {service}")
+
+
+def primitive(values: dict[str, Any]) -> Primitive:
+    return Primitive(values["command"], Point(*values.get("target", (0.0, 0.0, 0.0))), values.get("open", False))
+
+
+class Commands:
+    """What the lines on stdin may ask."""
+
+    def __init__(self, peer: Peer) -> None:
+        self.peer = peer
+        self.ids = itertools.count(1)
+        self._last: dict[str, DataReader[Any]] = {}
+        self._writers: list[DataWriter[Any]] = []
+
+    def trigger(self, service: str) -> Any:
+        answer = self.peer.call(service, (TriggerRequest, TriggerResponse))
+        return {"success": answer.success, "message": answer.message}
+
+    def command(self, task: dict[str, Any]) -> Any:
+        answer = self.peer.call("/maya_command", (CommandRequest, CommandResponse), task=primitive(task))
+        return {"success": answer.success, "code": answer.code, "message": answer.message}
+
+    def send(self, task: dict[str, Any]) -> Any:
+        number = next(self.ids)
+        goal_id = Uuid(list(number.to_bytes(16, "big")))
+        answer = self.peer.call(
+            "/task/_action/send_goal", (SendRequest, SendResponse), goal_id=goal_id, goal=TaskGoal(primitive(task))
+        )
+        return {"accepted": answer.accepted, "id": number}
+
+    def result(self, id: int) -> Any:
+        goal_id = Uuid(list(id.to_bytes(16, "big")))
+        answer = self.peer.call("/task/_action/get_result", (ResultRequest, ResultResponse), goal_id=goal_id)
+        return {"status": answer.status, **asdict(answer.result)}
+
+    def cancel(self, id: int) -> Any:
+        info = GoalInfo(Uuid(list(id.to_bytes(16, "big"))), Time(0, 0))
+        answer = self.peer.call("/task/_action/cancel_goal", (CancelRequest, CancelResponse), goal_info=info)
+        return {"code": answer.return_code, "canceling": len(answer.goals_canceling)}
+
+    def last(self, topic: str, type: str, late: bool = False) -> Any:
+        if topic not in self._last:
+            self._last[topic] = self.peer.reader(f"rt{topic}", TYPES[type], late=late, depth=1)
+        (found,) = until(lambda: self._last[topic].read(1), f"a message on {topic}")
+        return asdict(found)
+
+    def publish(self, topic: str, task: dict[str, Any]) -> Any:
+        writer = DataWriter(self.peer.participant, Topic(self.peer.participant, f"rt{topic}", Primitive), qos(10))
+        self._writers.append(writer)  # a message dies with its writer
+        until(writer.get_matched_subscriptions, f"a reader of {topic}")
+        writer.write(primitive(task))
+        return {}
+
+    def graph(self) -> Any:
+        """Return the nodes, and every endpoint with its type and user data."""
+        found = until(lambda: self.peer.discovered.read(100), "nodes")
+        gids: dict[str, list[str]] = {}
+        for one in found:
+            for node in one.node_entities_info_seq:
+                ends = [bytes(gid.data).hex() for gid in (*node.reader_gid_seq, *node.writer_gid_seq)]
+                gids[f"{node.node_namespace.rstrip('/')}/{node.node_name}"] = ends
+        ends: dict[str, Any] = {}
+        for form, builtin in (("reader", self.peer.readers), ("writer", self.peer.writers)):
+            for end in builtin.read(1000):
+                data = end.qos[Policy.Userdata].data.decode() if Policy.Userdata in end.qos else ""
+                ends[end.key.bytes.hex()] = [form, end.topic_name, end.type_name, data]
+        return {"nodes": gids, "ends": ends}
+
+
+def main() -> None:
+    """Obey until stdin ends."""
+    peer = Peer(int(os.environ["ROS_DOMAIN_ID"]), sys.argv[1] if len(sys.argv) > 1 else "")
+    commands = Commands(peer)
+    for line in sys.stdin:
+        asked = json.loads(line)
+        try:
+            said = getattr(commands, asked.pop("do"))(**asked)
+        except Exception as error:  # noqa: BLE001 - the test fails with it
+            said = {"error": repr(error)}
+        print(json.dumps(said), flush=True)
+
+
+if __name__ == "__main__":
+    main()
