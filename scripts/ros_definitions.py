@@ -1,32 +1,56 @@
 """Copies the definitions of messages, services and actions into the ROS packages, which must hold them to build.
 
-The source is src/maya_ros/graph/definitions. With --check it writes nothing and says which copies are not current.
+The source is src/maya_ros/graph/definitions. ROS 1 has three packages in ros/; ROS 2 has one, ros2/maya_interfaces, in
+whose definitions Maya's own types have no package, and texts stand in quotation marks. With --check it writes nothing
+and says which copies are not current.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src" / "maya_ros" / "graph" / "definitions"
-PACKAGES = ROOT / "ros"
 FORMS = ("msg", "srv", "action")
+
+OWN_PACKAGE = re.compile(r"\bmaya_(?:controller|process|robot)/")
+TEXT_CONSTANT = re.compile(r"^(string\s+\w+) = (.*)$", re.MULTILINE)
 
 
 def main(arguments: list[str]) -> int:
     """Write or check all copies; return 1 where a check found one that is not current."""
-    wanted = {path.relative_to(SOURCE): path.read_text(encoding="utf-8") for path in _files(SOURCE)}
-    there = {path.relative_to(PACKAGES): path.read_text(encoding="utf-8") for path in _files(PACKAGES)}
-    stale = sorted(name for name in wanted.keys() | there.keys() if wanted.get(name) != there.get(name))
+    wanted = copies()
+    there = {path: path.read_text(encoding="utf-8") for path in _present()}
+    stale = sorted(path for path in wanted.keys() | there.keys() if wanted.get(path) != there.get(path))
     if "--check" in arguments:
-        for name in stale:
-            print(f"ros/{name} is not current: run scripts/docs")
+        for path in stale:
+            print(f"{path.relative_to(ROOT)} is not current: run scripts/docs")
         return 1 if stale else 0
-    for name in stale:
-        _make(PACKAGES / name, wanted.get(name))
-        print(f"ros/{name}")
+    for path in stale:
+        _make(path, wanted.get(path))
+        print(path.relative_to(ROOT))
     return 0
+
+
+def copies() -> dict[Path, str]:
+    """Return every copy with its text."""
+    found: dict[Path, str] = {}
+    for path in _files(SOURCE):
+        text = path.read_text(encoding="utf-8")
+        found[ROOT / "ros" / path.relative_to(SOURCE)] = text
+        found[ROOT / "ros2" / "maya_interfaces" / path.parent.name / path.name] = in_ros2(text)
+    return found
+
+
+def in_ros2(text: str) -> str:
+    """Return a definition in the form of ROS 2."""
+    return TEXT_CONSTANT.sub(r'\1 = "\2"', OWN_PACKAGE.sub("", text))
+
+
+def _present() -> list[Path]:
+    return [*_files(ROOT / "ros"), *_files(ROOT / "ros2")]
 
 
 def _files(folder: Path) -> list[Path]:

@@ -85,7 +85,8 @@ def test_a_copy_that_is_not_current_is_named_and_renewed(tmp_path: Path) -> None
         done = subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout.splitlines()
 
-    stale = [f"ros/maya_robot/msg/{name}.msg is not current: run scripts/docs" for name in ("New", "Old")]
+    places = ("ros/maya_robot/msg/New.msg", "ros/maya_robot/msg/Old.msg", "ros2/maya_interfaces/msg/New.msg")
+    stale = [f"{place} is not current: run scripts/docs" for place in places]
     assert run("--check") == (1, stale)
     assert run()[0] == 0
     assert run("--check") == (0, [])

@@ -2,21 +2,23 @@
 
 It reads one JSON command a line and answers with one JSON line:
     {"do": "command", "task": {"command": "home"}}      {"do": "trigger", "service": NAME}      {"do": "graph"}
-    {"do": "last", "topic": NAME, "type": TYPE}         {"do": "send", "task": {...}}           and so on: see `Commands`
+    {"do": "last", "topic": NAME, "type": TYPE}         {"do": "send", "task": {...}}           and more: see `Commands`
 """
 
 import itertools
 import json
 import os
+import random
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from cyclonedds._clayer import ddspy_write
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
 from cyclonedds.domain import DomainParticipant
-from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import IdlStruct, make_idl_struct
 from cyclonedds.idl.annotations import final
 from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
 from cyclonedds.pub import DataWriter
@@ -277,6 +279,11 @@ class Peer:
         return until(answer, f"an answer of {service}")
 
 
+def uuid_of(number: int) -> Uuid:
+    numbers: Any = list(number.to_bytes(16, "big"))
+    return Uuid(numbers)
+
+
 def primitive(values: dict[str, Any]) -> Primitive:
     return Primitive(values["command"], Point(*values.get("target", (0.0, 0.0, 0.0))), values.get("open", False))
 
@@ -300,19 +307,19 @@ class Commands:
 
     def send(self, task: dict[str, Any]) -> Any:
         number = next(self.ids)
-        goal_id = Uuid(list(number.to_bytes(16, "big")))
+        goal_id = uuid_of(number)
         answer = self.peer.call(
             "/task/_action/send_goal", (SendRequest, SendResponse), goal_id=goal_id, goal=TaskGoal(primitive(task))
         )
         return {"accepted": answer.accepted, "id": number}
 
     def result(self, id: int) -> Any:
-        goal_id = Uuid(list(id.to_bytes(16, "big")))
+        goal_id = uuid_of(id)
         answer = self.peer.call("/task/_action/get_result", (ResultRequest, ResultResponse), goal_id=goal_id)
         return {"status": answer.status, **asdict(answer.result)}
 
     def cancel(self, id: int) -> Any:
-        info = GoalInfo(Uuid(list(id.to_bytes(16, "big"))), Time(0, 0))
+        info = GoalInfo(uuid_of(id), Time(0, 0))
         answer = self.peer.call("/task/_action/cancel_goal", (CancelRequest, CancelResponse), goal_info=info)
         return {"code": answer.return_code, "canceling": len(answer.goals_canceling)}
 
@@ -329,20 +336,49 @@ class Commands:
         writer.write(primitive(task))
         return {}
 
-    def graph(self) -> Any:
-        """Return the nodes, and every endpoint with its type and user data."""
-        found = until(lambda: self.peer.discovered.read(100), "nodes")
+    def junk(self, topic: str, count: int, seed: int) -> Any:
+        """Send payloads that are no messages, as far as the library sends them; return how many it sent."""
+        rng = random.Random(seed)
+        writer = DataWriter(self.peer.participant, Topic(self.peer.participant, f"rt{topic}", Primitive), qos(count))
+        self._writers.append(writer)
+        until(writer.get_matched_subscriptions, f"a reader of {topic}")
+        whole = Primitive("home", Point(0.0, 0.0, 0.0), False).serialize(use_version_2=False)
+        sent = 0
+        for number in range(count):
+            junk = (
+                whole.replace(b"home", bytes(rng.randrange(128, 256) for _ in range(4))),  # no UTF-8
+                whole[:4] + rng.randbytes(rng.randrange(60)),
+                whole[: 4 + rng.randrange(len(whole) - 8)],
+            )[number % 3]
+            sent += ddspy_write(writer._ref, junk.ljust((len(junk) + 3) & ~3, b"\0")) == 0
+        return {"sent": sent}
+
+    def impostor(self, topic: str, count: int) -> Any:
+        """Write messages whose type has the right name and other members; return how many readers have matched."""
+        kind: Any = make_idl_struct("MayaPrimitive_", _name("maya_interfaces", "msg", "MayaPrimitive"), {"number": uint64})
+        writer = DataWriter(self.peer.participant, Topic(self.peer.participant, f"rt{topic}", kind), qos(count))
+        self._writers.append(writer)
+        for number in range(count):
+            writer.write(kind(number=number))
+        return {"matched": len(writer.get_matched_subscriptions())}
+
+    def graph(self, within: float = 0.0) -> Any:
+        """Return the nodes, and every endpoint of others with its type and user data, in `within` seconds if any."""
+        if within:
+            time.sleep(within)
+        found = self.peer.discovered.read(100) if within else until(lambda: self.peer.discovered.read(100), "nodes")
         gids: dict[str, list[str]] = {}
         for one in found:
             for node in one.node_entities_info_seq:
                 ends = [bytes(gid.data).hex() for gid in (*node.reader_gid_seq, *node.writer_gid_seq)]
                 gids[f"{node.node_namespace.rstrip('/')}/{node.node_name}"] = ends
-        ends: dict[str, Any] = {}
+        found_ends: dict[str, Any] = {}
         for form, builtin in (("reader", self.peer.readers), ("writer", self.peer.writers)):
             for end in builtin.read(1000):
                 data = end.qos[Policy.Userdata].data.decode() if Policy.Userdata in end.qos else ""
-                ends[end.key.bytes.hex()] = [form, end.topic_name, end.type_name, data]
-        return {"nodes": gids, "ends": ends}
+                if end.participant_key != self.peer.participant.guid:
+                    found_ends[end.key.bytes.hex()] = [form, end.topic_name, end.type_name, data]
+        return {"nodes": gids, "ends": found_ends}
 
 
 def main() -> None:

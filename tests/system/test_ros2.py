@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import requests
 
 pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
@@ -202,3 +203,47 @@ def test_the_graph_names_nodes_types_and_hashes(peer: Stranger) -> None:
     assert types.message_type("std_msgs/String").hash == (
         "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
     )
+
+
+@pytest.mark.waits("a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+def test_a_second_goal_is_rejected_while_the_first_moves_the_robot(peer: Stranger, robot: SharedRobot) -> None:
+    place = THERE if at(robot, HERE) else HERE
+    requests.post(f"{robot.url}/v1/speed", json={"ratio": 0.01}, timeout=30.0).raise_for_status()
+    try:
+        first = peer.ask("send", task={"command": "approach", "target": place})
+        assert first["accepted"]
+        assert peer.ask("send", task={"command": "home"})["accepted"] is False
+        assert peer.ask("command", task={"command": "home"})["code"] == "2104"
+        assert peer.ask("trigger", service="/controller/stop")["success"]
+        assert peer.ask("result", id=first["id"])["status"] == CANCELED
+    finally:
+        requests.post(f"{robot.url}/v1/speed", json={"ratio": 1.0}, timeout=30.0).raise_for_status()
+
+
+@pytest.mark.waits("a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+def test_malformed_samples_are_reported_and_move_nothing(
+    peer: Stranger, robot: SharedRobot, campaign: Campaign, caplog: pytest.LogCaptureFixture
+) -> None:
+    before = gripper(robot)
+    assert peer.ask("impostor", topic="/maya_move", count=100)["matched"] == 0
+    sent = peer.ask("junk", topic="/maya_move", count=campaign.size(ci=150, long=1000), seed=campaign.seed)["sent"]
+    assert sent > 0
+    assert peer.ask("command", task={"command": "can_teleop"})["success"]
+    assert gripper(robot) == before
+    assert peer.carry_out("approach", target=HERE)["success"]
+    assert any("malformed" in record.message for record in caplog.records)
+
+
+def test_robots_of_other_namespaces_and_domains_do_not_meet(domain: int, robot: SharedRobot, tmp_path: Path) -> None:
+    with (
+        shared_robot(tmp_path, users=False, ros2=Ros2Options(domain, "left")) as other,
+        stranger(domain, "/left") as near,
+    ):
+        before = gripper(robot)
+        assert near.carry_out("approach", target=THERE)["success"]
+        assert at(other, THERE)
+        assert gripper(robot) == before
+        names = near.ask("graph")["nodes"].keys()
+        assert {"/left/hw_simulator", "/hw_simulator"} <= names
+    with stranger(domain - 50) as far:
+        assert far.ask("graph", within=2.0) == {"nodes": {}, "ends": {}}

@@ -18,7 +18,7 @@ def test_every_edge_has_both_functions(point: EntryPoint) -> None:
 
 
 def test_rosbridge_is_an_edge() -> None:
-    assert "rosbridge" in entry_points(group=GROUP).names
+    assert "ros" in entry_points(group=GROUP).names
 
 
 def test_a_missing_edge_is_named() -> None:

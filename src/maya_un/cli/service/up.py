@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM, parse
 from dmc41x3.cli.signals import on_end
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, phrase, translate
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
@@ -383,7 +383,9 @@ def ros2_of(namespace: str) -> Ros2Options:
 
     text = os.environ.get("ROS_DOMAIN_ID") or "0"
     if not text.isdecimal() or int(text) > LAST_DOMAIN:
-        raise InvalidValue(key="ROS_DOMAIN_ID", value=text, reason=f"it must be a number from 0 to {LAST_DOMAIN}")
+        raise InvalidValue(
+            key="ROS_DOMAIN_ID", value=text, reason=phrase("it must be a number from 0 to {last}", last=LAST_DOMAIN)
+        )
     if not re.fullmatch(r"(/?[A-Za-z_][A-Za-z0-9_]*)*/?", namespace):
         raise InvalidValue(key="--ros-namespace", value=namespace, reason="it must be names with slashes between them")
     return Ros2Options(int(text), namespace)
