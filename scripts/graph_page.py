@@ -12,6 +12,7 @@ from maya_ros.graph.goals import KEPT, PERIOD
 from maya_ros.graph.servers.sensors import DRAWING_RATE
 from maya_ros.graph.servers.tasks import FEEDBACK_RATE
 from maya_ros.graph.table import TABLE, Kind, Row
+from maya_ros.ros2.names import FORMS, SERVICE, name_of, quality
 
 DEFINITIONS = Path(maya_ros.graph.__file__).parent / "definitions"
 SUFFIXES = {"msg": "Message", "srv": "Service", "action": "Action"}
@@ -24,8 +25,8 @@ INTRODUCTION = """\
 # The graph
 
 The graph has the names, types and fields of the manual's chapter Communications, and some more. In ROS, `roslaunch
-maya_process process.launch` starts it; without ROS, `maya up --rosbridge` serves it to rosbridge clients. Units are SI:
-m, rad, s. Both behave the same, because one table in the code defines all names.
+maya_process process.launch` starts it; without ROS, `maya up --rosbridge` serves it to rosbridge clients, and `maya up
+--ros2` to ROS 2. Units are SI: m, rad, s. All behave the same, because one table in the code defines all names.
 
 If users exist, a client needs a [role](roles.md) that includes the operation of the name.
 """
@@ -132,6 +133,7 @@ def _lines() -> Iterator[str]:
     yield f"Words of the manual: {', '.join(word for word in events if word in MANUAL)}. Ours:"
     yield f"{', '.join(word for word in events if word not in MANUAL)}, {REFUSED}.\n"
     yield BYTES
+    yield from _in_ros2()
     yield "## Types"
     yield from _definitions()
 
@@ -143,6 +145,29 @@ def _table(rows: Iterator[Row]) -> Iterator[str]:
         kind = row.type if row.form is Kind.TOPIC else f"{row.form.value} {row.type}"
         sources, sinks = (", ".join(nodes) or "anyone" for nodes in (row.sources, row.sinks))
         yield f"| `{row.name}` | {kind} | {row.summary} | {sources} | {sinks} | {_kept(row)} | {_asks(row)} |"
+
+
+ROS_2 = """\
+## In ROS 2
+
+The same names, with the types of the package `maya_interfaces` ([how to use
+them](../how-to/maya-for-ros2-users.md)). All endpoints are reliable.
+"""
+
+
+def _in_ros2() -> Iterator[str]:
+    yield ROS_2
+    yield "| name | type | direction | keeps | for later readers |"
+    yield "|---|---|---|---|---|"
+    for row in TABLE:
+        kind = name_of(row.type, FORMS[row.form])
+        if row.form is Kind.TOPIC:
+            kept = quality(row)
+            late = "yes (transient local)" if kept.late else "no (volatile)"
+            yield f"| `{row.name}` | {kind} | {'to' if row.heard else 'from'} the robot | {kept.depth} | {late} |"
+        else:
+            yield f"| `{row.name}` | {kind} | {row.form.value} | {SERVICE.depth} | no (volatile) |"
+    yield ""
 
 
 def _asks(row: Row) -> str:

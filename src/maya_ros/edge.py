@@ -35,12 +35,13 @@ async def endpoint(stack: Stack, bridge: Bridge, place: EndpointOptions, *, spee
             rosbridge = standalone.served(bus, bridge, place.listener, place.edge, dates.epoch)
             await held.enter_async_context(rosbridge)
         if place.ros2 is not None:
-            await held.enter_async_context(_in_ros2(bus, bridge, place.ros2))
+            await held.enter_async_context(in_ros2(bus, bridge, place.ros2))
         yield
 
 
 @asynccontextmanager
-async def _in_ros2(bus: Bus, bridge: Bridge, options: Ros2Options) -> AsyncIterator[None]:
+async def in_ros2(bus: Bus, bridge: Bridge, options: Ros2Options) -> AsyncIterator[None]:
+    """Offer a graph to ROS 2 while the block runs. Raises `Ros2Missing` if DDS is not installed."""
     try:
         from maya_ros.ros2.edge import dds_serving  # noqa: PLC0415 - an extra, and 10 MB that rosbridge does not need
     except ImportError as missing:

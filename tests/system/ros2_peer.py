@@ -355,7 +355,9 @@ class Commands:
 
     def impostor(self, topic: str, count: int) -> Any:
         """Write messages whose type has the right name and other members; return how many readers have matched."""
-        kind: Any = make_idl_struct("MayaPrimitive_", _name("maya_interfaces", "msg", "MayaPrimitive"), {"number": uint64})
+        kind: Any = make_idl_struct(
+            "MayaPrimitive_", _name("maya_interfaces", "msg", "MayaPrimitive"), {"number": uint64}
+        )
         writer = DataWriter(self.peer.participant, Topic(self.peer.participant, f"rt{topic}", kind), qos(count))
         self._writers.append(writer)
         for number in range(count):

@@ -15,7 +15,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 from cyclonedds.core import DDSException, GuardCondition, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
@@ -26,6 +26,7 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+from maya_ros.ros2.names import SERVICE, Quality
 from maya_ros.ros2.types import SampleType, message_type
 
 _log = logging.getLogger("maya_ros.ros2")
@@ -38,25 +39,15 @@ _COMMON = (Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_r
 _OURS = Policy.WriterDataLifecycle(autodispose=False)
 
 
-class Quality(NamedTuple):
-    """The quality of service of an endpoint: how many messages it keeps, and for whom.
-
-    With `late`, later readers get the kept messages (transient local). Without `reliable`, lost messages stay lost.
-    """
-
-    depth: int = 10
-    late: bool = False
-    reliable: bool = True
-
-    def qos(self, user_data: str) -> Qos:
-        """Return the policies of an endpoint with this user data."""
-        return Qos(
-            Policy.Reliability.Reliable(_BLOCKED) if self.reliable else Policy.Reliability.BestEffort,
-            Policy.Durability.TransientLocal if self.late else Policy.Durability.Volatile,
-            Policy.History.KeepLast(self.depth),
-            Policy.Userdata(user_data.encode()),
-            *_COMMON,
-        )
+def _qos(quality: Quality, user_data: str) -> Qos:
+    """Return the policies of an endpoint with this user data."""
+    return Qos(
+        Policy.Reliability.Reliable(_BLOCKED),
+        Policy.Durability.TransientLocal if quality.late else Policy.Durability.Volatile,
+        Policy.History.KeepLast(quality.depth),
+        Policy.Userdata(user_data.encode()),
+        *_COMMON,
+    )
 
 
 @dataclass(slots=True)
@@ -168,7 +159,7 @@ class DdsGraph:
         info = message_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
         quality = Quality(1, late=True)
         self._info = DataWriter(
-            self._participant, Topic(self._participant, DISCOVERY, info.cls), quality.qos("") + Qos(_OURS)
+            self._participant, Topic(self._participant, DISCOVERY, info.cls), _qos(quality, "") + Qos(_OURS)
         )
         self._described = info
 
@@ -187,10 +178,9 @@ class DdsGraph:
     ) -> SampleWriter:
         """Add a service to a node, and return the writer of its replies; `heard` gets each request."""
         request, response = kinds
-        quality = Quality(100)
         whole = self._whole(name)
-        writer = self._writer(node, f"rr{whole}Reply", response, quality, self._replies, _service_id(whole))
-        self._reader(node, f"rq{whole}Request", request, quality, heard, _service_id(whole))
+        writer = self._writer(node, f"rr{whole}Reply", response, SERVICE, self._replies, _service_id(whole))
+        self._reader(node, f"rq{whole}Request", request, SERVICE, heard, _service_id(whole))
         return writer
 
     def start(self) -> None:
@@ -228,7 +218,7 @@ class DdsGraph:
     def _writer(
         self, node: str, topic: str, kind: SampleType, quality: Quality, outbox: Outbox, also: str
     ) -> SampleWriter:
-        qos = quality.qos(f"typehash={kind.hash};{also}") + Qos(_OURS)
+        qos = _qos(quality, f"typehash={kind.hash};{also}") + Qos(_OURS)
         raw = DataWriter[Any](self._participant, self._topic(topic, kind), qos)
         self._nodes.setdefault(node, _Node()).writers.append(raw.guid.bytes)
         return SampleWriter(topic, kind, raw, outbox, quality.depth)
@@ -236,7 +226,9 @@ class DdsGraph:
     def _reader(
         self, node: str, topic: str, kind: SampleType, quality: Quality, heard: Callable[[Any], None], also: str
     ) -> None:
-        raw = DataReader[Any](self._participant, self._topic(topic, kind), quality.qos(f"typehash={kind.hash};{also}"))
+        raw = DataReader[Any](
+            self._participant, self._topic(topic, kind), _qos(quality, f"typehash={kind.hash};{also}")
+        )
         self._nodes.setdefault(node, _Node()).readers.append(raw.guid.bytes)
         ready = ReadCondition(raw, SampleState.Any | ViewState.Any | InstanceState.Any)
         self._wait.attach(ready)

@@ -20,7 +20,8 @@ from maya_ros.graph.outcome import goal_to_its_end
 from maya_ros.graph.protocol import GoalResult, GoalStatus, Graph, Message, Publisher, Stamp
 from maya_ros.graph.table import TABLE, Kind, Row
 from maya_ros.ros2 import types
-from maya_ros.ros2.dds import Counts, DdsGraph, Quality, SampleWriter
+from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
+from maya_ros.ros2.names import Quality, quality
 from maya_ros.rosbridge.access import Guest, RestrictedGraph
 from maya_un.errors import Busy, MayaError
 
@@ -78,7 +79,7 @@ class Ros2Edge:
     def _publish(self, row: Row, node: str) -> None:
         """Send what Maya publishes."""
         kind = types.message_type(row.type)
-        writer = self._dds.publisher(node, row.name, kind, Quality(max(1, row.queue_size), late=row.latch))
+        writer = self._dds.publisher(node, row.name, kind, quality(row))
         self._bus.topics.listen(row.name, row.type, lambda message, _: writer.send(message), self._node, row.queue_size)
 
     def _hear(self, row: Row, node: str) -> None:
@@ -96,8 +97,7 @@ class Ros2Edge:
             except MayaError as refusal:
                 _log.warning("%s: %s %s", row.name, refusal.code, refusal)
 
-        quality = Quality(max(1, row.queue_size))
-        self._dds.subscription(node, row.name, kind, quality, lambda sample: inbox.put(take, kind.message(sample)))
+        self._dds.subscription(node, row.name, kind, quality(row), lambda sample: inbox.put(take, kind.message(sample)))
 
     def _serve(self, row: Row, node: str) -> None:
         kinds = types.service_types(row.type)

@@ -21,12 +21,9 @@ from rosbags.typesys.store import Typestore
 
 from maya_ros.graph import catalogue
 from maya_ros.graph.protocol import Message
+from maya_ros.ros2.names import OWN, PACKAGE, name_of
 from maya_un.errors import UnknownInterface
 
-PACKAGE = "maya_interfaces"
-"""The package of Maya's own types in ROS 2."""
-
-_OWN = frozenset({"maya_controller", "maya_process", "maya_robot"})
 _TIMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
 _EMPTY = "uint8 structure_needs_at_least_one_member\n"
 _BASES: Mapping[str, Any] = {
@@ -53,12 +50,6 @@ class SampleType(NamedTuple):
     hash: str
     sample: Callable[[Mapping[str, Any]], Any]
     message: Callable[[Any], Message]
-
-
-def name_of(kind: str, form: str = "msg") -> str:
-    """Return the ROS 2 name of a type of the graph: maya_interfaces/action/Home for maya_controller/Home."""
-    package, _, own = kind.partition("/")
-    return f"{PACKAGE if package in _OWN else package}/{form}/{own}"
 
 
 def message_type(kind: str) -> SampleType:
@@ -147,7 +138,7 @@ def _required(kind: str) -> str:
 def _sample_type(name: str, header: tuple[tuple[str, str], ...] = ()) -> SampleType:
     if name not in _store().fielddefs:
         package, _, own = name.split("/")
-        origin = next((f"{one}/{own}" for one in _OWN if f"{one}/{own}" in catalogue.kinds()), "")
+        origin = next((f"{one}/{own}" for one in OWN if f"{one}/{own}" in catalogue.kinds()), "")
         if package != PACKAGE or not origin:
             raise UnknownInterface(form="type", name=name)
         _register(name, _definition(origin))

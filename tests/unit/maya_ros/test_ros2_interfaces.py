@@ -10,8 +10,9 @@ pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from maya_ros.graph.table import TABLE, Kind
+from maya_ros.graph.table import TABLE
 from maya_ros.ros2 import types
+from maya_ros.ros2.names import FORMS, name_of
 from tests.conventions.source import ROOT
 
 PACKAGE = ROOT / "ros2" / "maya_interfaces"
@@ -31,8 +32,7 @@ def test_its_messages_have_the_hashes_that_are_on_the_wire() -> None:
 
 @pytest.mark.parametrize("form", ["msg", "srv", "action"])
 def test_it_has_every_type_of_the_table(form: str) -> None:
-    kinds = {Kind.TOPIC: "msg", Kind.SERVICE: "srv", Kind.ACTION: "action"}
-    needed = {types.name_of(row.type, form) for row in TABLE if kinds[row.form] == form}
+    needed = {name_of(row.type, form) for row in TABLE if FORMS[row.form] == form}
     own = {Path(name).name for name in needed if name.startswith("maya_interfaces/")}
     assert own <= {file.stem for file in PACKAGE.glob(f"{form}/*.{form}")}
 
