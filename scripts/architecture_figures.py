@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src"
 
 CLAUSE_END = re.compile(r": |,? (?:as|from|on|over|of a|that|whether) ")
-"""Where a phrase may end early."""
+"""The ends of clauses, at which a phrase may be cut."""
 
 BLUE, EDGE, TEXT = "#dbe9f6", "#5b7ea1", "#20303f"
 GREY = "#5a6b7b"

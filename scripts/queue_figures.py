@@ -28,7 +28,7 @@ CAUSES = {
     (TaskState.INTERRUPTED, TaskState.RUNNING): ("continued", (1.92, -0.8)),
     (TaskState.INTERRUPTED, TaskState.QUEUED): ("step\nrepeated", (0.75, -1.4)),
 }
-"""What leads from one state to another, and where the picture says it; a missing pair fails the drawing."""
+"""The cause of each change between two states, and its place in the picture; a missing pair fails the drawing."""
 
 ROUND_THE_SIDE = (TaskState.PAUSED, TaskState.INTERRUPTED)
 """The pair between which a third state lies."""

@@ -25,7 +25,7 @@ class Ros2Options(NamedTuple):
 
 
 class EndpointOptions(NamedTuple):
-    """Where the graph of ROS is served, and the file that records which steps were carried out.
+    """The places at which the graph of ROS is served, and the file that records which steps were carried out.
 
     `listener` is the socket of rosbridge, None for none; `edge` is its origin policy.
     """

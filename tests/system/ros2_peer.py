@@ -289,7 +289,7 @@ def primitive(values: dict[str, Any]) -> Primitive:
 
 
 class Commands:
-    """What the lines on stdin may ask."""
+    """The commands that a line on stdin may name."""
 
     def __init__(self, peer: Peer) -> None:
         self.peer = peer

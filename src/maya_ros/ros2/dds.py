@@ -140,7 +140,7 @@ class _Node:
 class DdsGraph:
     """The part of a ROS 2 graph that this process holds: nodes with their endpoints in one namespace and domain.
 
-    Endpoints are added before `start`, which announces them. What readers hear is called in the reading thread.
+    Endpoints are added before `start`, which announces them. The reading thread calls what hears a sample.
     """
 
     def __init__(self, domain: int, namespace: str = "") -> None:

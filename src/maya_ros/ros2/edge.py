@@ -41,7 +41,7 @@ _log = logging.getLogger("maya_ros.ros2")
 
 
 class Ros2Edge:
-    """What of one bus is on DDS. Everything but the conversions runs in the loop of the bus."""
+    """The endpoints of one bus on DDS. Everything but the conversions runs in the loop of the bus."""
 
     def __init__(self, bus: Bus, guest: Guest, dds: DdsGraph) -> None:
         self._bus = bus
@@ -159,7 +159,7 @@ class Ros2Edge:
 
 
 class _Inbox:
-    """What the reading thread hands to the loop: at most `most` messages wait there; a further one is dropped."""
+    """The way from the reading thread to the loop: at most `most` messages wait there; a further one is dropped."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, most: int, counts: Counts) -> None:
         self._loop = loop

@@ -35,7 +35,7 @@ _BASES: Mapping[str, Any] = {
 _UUID = "unique_identifier_msgs/UUID goal_id\n"
 _STAMP = "builtin_interfaces/Time stamp\n"
 _HEADER = (("guid", "uint64"), ("seq", "int64"))
-"""What rmw_cyclonedds puts before each request and response: the client, and the number of its request."""
+"""The head that rmw_cyclonedds gives each request and response: the client, and the number of its request."""
 
 
 class SampleType(NamedTuple):
