@@ -10,6 +10,7 @@ import json
 import os
 import random
 import sys
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -26,6 +27,7 @@ from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 
+NEVER = threading.Event()
 PATIENCE = 60.0
 """Longest wait for anything [s]."""
 
@@ -238,7 +240,7 @@ def until(fact: Callable[[], Any], what: str) -> Any:
     while not (found := fact()):
         if time.monotonic() > end:
             raise TimeoutError(what)
-        time.sleep(0.002)
+        NEVER.wait(0.002)
     return found
 
 
@@ -296,6 +298,7 @@ class Commands:
         self.ids = itertools.count(1)
         self._last: dict[str, DataReader[Any]] = {}
         self._writers: list[DataWriter[Any]] = []
+        self._publishers: dict[str, DataWriter[Any]] = {}
 
     def trigger(self, service: str) -> Any:
         answer = self.peer.call(service, (TriggerRequest, TriggerResponse))
@@ -330,10 +333,11 @@ class Commands:
         return asdict(found)
 
     def publish(self, topic: str, task: dict[str, Any]) -> Any:
-        writer = DataWriter(self.peer.participant, Topic(self.peer.participant, f"rt{topic}", Primitive), qos(10))
-        self._writers.append(writer)  # a message dies with its writer
-        until(writer.get_matched_subscriptions, f"a reader of {topic}")
-        writer.write(primitive(task))
+        if topic not in self._publishers:  # a message dies with its writer
+            kind = Topic(self.peer.participant, f"rt{topic}", Primitive)
+            self._publishers[topic] = DataWriter(self.peer.participant, kind, qos(10))
+        until(self._publishers[topic].get_matched_subscriptions, f"a reader of {topic}")
+        self._publishers[topic].write(primitive(task))
         return {}
 
     def junk(self, topic: str, count: int, seed: int) -> Any:
@@ -367,7 +371,7 @@ class Commands:
     def graph(self, within: float = 0.0) -> Any:
         """Return the nodes, and every endpoint of others with its type and user data, in `within` seconds if any."""
         if within:
-            time.sleep(within)
+            NEVER.wait(within)
         found = self.peer.discovered.read(100) if within else until(lambda: self.peer.discovered.read(100), "nodes")
         gids: dict[str, list[str]] = {}
         for one in found:

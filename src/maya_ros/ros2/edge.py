@@ -69,7 +69,7 @@ class Ros2Edge:
         if row.form is Kind.SERVICE and row.name in self._bus.services:
             self._serve(row, self._bus.services[row.name].node.name.strip("/"))
         elif row.form is Kind.ACTION and row.name in self._bus.actions:
-            _Action(self, row, self._bus.actions[row.name].node.name.strip("/"), self._dds)
+            _DdsAction(self, row, self._bus.actions[row.name].node.name.strip("/"), self._dds)
         elif row.form is Kind.TOPIC and (topic := self._bus.topics.find(row.name)) is not None:
             members = [one.member for one in (topic.inlets if row.heard else topic.outlets)]
             if members:
@@ -85,7 +85,7 @@ class Ros2Edge:
     def _hear(self, row: Row, node: str) -> None:
         """Take what programs of ROS 2 send."""
         kind = types.message_type(row.type)
-        inbox = _Inbox(self._loop, max(1, row.queue_size), self.counts)
+        inbox = DdsInbox(self._loop, max(1, row.queue_size), self.counts)
 
         outlet: Publisher | None = None
 
@@ -116,7 +116,7 @@ class Ros2Edge:
         answer: Callable[[Message], Coroutine[Any, Any, Message]],
     ) -> None:
         """Serve a service on DDS; an error of `answer` becomes a response of the type `response`, "" for no answer."""
-        inbox = _Inbox(self._loop, MOST, self.counts)
+        inbox = DdsInbox(self._loop, MOST, self.counts)
         under_way: set[asyncio.Task[None]] = set()
 
         async def answered(message: Message, client: int, number: int) -> None:
@@ -158,7 +158,7 @@ class Ros2Edge:
         return self._bus.now()
 
 
-class _Inbox:
+class DdsInbox:
     """The way from the reading thread to the loop: at most `most` messages wait there; a further one is dropped."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, most: int, counts: Counts) -> None:
@@ -200,7 +200,7 @@ _ENDS: Mapping[GoalStatus, int] = {
 
 
 @dataclass(slots=True, eq=False)
-class _Goal:
+class _DdsGoal:
     id: tuple[int, ...]
     stamp: Stamp
     begun: asyncio.Future[bool]
@@ -213,13 +213,13 @@ class _Goal:
         return {"goal_id": {"uuid": list(self.id)}, "stamp": self.stamp}
 
 
-class _Action:
+class _DdsAction:
     """One action on DDS: three services and two topics. A goal is accepted when the robot begins it."""
 
     def __init__(self, edge: Ros2Edge, row: Row, node: str, dds: DdsGraph) -> None:
         self._edge = edge
         self._row = row
-        self._goals: OrderedDict[tuple[int, ...], _Goal] = OrderedDict()
+        self._goals: OrderedDict[tuple[int, ...], _DdsGoal] = OrderedDict()
         kinds = types.action_types(row.type)
         inner = f"{row.name}/_action"
         edge.serve(node, f"{inner}/send_goal", kinds.send_goal, "", self._send_goal)
@@ -233,13 +233,13 @@ class _Action:
         if id_ in self._goals:
             return {"accepted": False, "stamp": self._edge.now()}
         loop = asyncio.get_running_loop()
-        goal = _Goal(id_, self._edge.now(), loop.create_future(), loop.create_future())
+        goal = _DdsGoal(id_, self._edge.now(), loop.create_future(), loop.create_future())
         self._goals[id_] = goal
         goal.task = self._edge.spawn(self._carry_out(goal, request["goal"]))
         accepted = await asyncio.shield(goal.begun)
         return {"accepted": accepted, "stamp": goal.stamp}
 
-    async def _carry_out(self, goal: _Goal, message: Message) -> None:
+    async def _carry_out(self, goal: _DdsGoal, message: Message) -> None:
         def feedback(values: Message) -> None:
             self._begin(goal)
             self._feedback.send({"goal_id": {"uuid": list(goal.id)}, "feedback": values})
@@ -257,7 +257,7 @@ class _Action:
         goal.ended.set_result(ended)
         self._tell()
 
-    def _begin(self, goal: _Goal) -> None:
+    def _begin(self, goal: _DdsGoal) -> None:
         if not goal.begun.done():
             goal.begun.set_result(True)
             goal.status = EXECUTING
@@ -283,7 +283,7 @@ class _Action:
         code = 0 if found else 3 if wanted in self._goals else 2
         return {"return_code": code, "goals_canceling": [goal.info() for goal in found]}
 
-    def _asked(self, goal: _Goal, wanted: tuple[int, ...], until: tuple[int, int]) -> bool:
+    def _asked(self, goal: _DdsGoal, wanted: tuple[int, ...], until: tuple[int, int]) -> bool:
         if any(wanted) and goal.id == wanted:
             return True
         before = (goal.stamp["secs"], goal.stamp["nsecs"]) <= until

@@ -132,7 +132,11 @@ def _stepped_duration(sequence: list[PathSegment], targets: list[float], rates: 
         slower = max(goal, square - 2 * rates.deceleration * size)
         faster = min(goal, square + 2 * rates.acceleration * size)
         after = min(slower if square > goal else faster, allowed[k + 1])
-        duration += 2 * size / (sqrt(square) + sqrt(after)) if square + after > 0 else 0.0
+        ramp = size
+        if after == goal > 0.0:  # the speed is reached within the step: at 2 counts/s the rest of it takes seconds
+            ramp = min(size, abs(square - goal) / (2 * (rates.deceleration if square > goal else rates.acceleration)))
+            duration += (size - ramp) / sqrt(goal)
+        duration += 2 * ramp / (sqrt(square) + sqrt(after)) if square + after > 0 else 0.0
         square = after
     return duration
 
