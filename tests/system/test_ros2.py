@@ -18,10 +18,14 @@ import requests
 
 pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
+from maya_ros.graph.bus import Bus
 from maya_ros.graph.table import TABLE, Kind
 from maya_ros.ros2 import types
+from maya_ros.ros2.edge import dds_serving
+from maya_ros.rosbridge.access import Guest
 from maya_un.assembly import Stack
 from maya_un.edges import Ros2Options
+from maya_un.errors import Ros2NotJoined
 from maya_un.values import Point
 from tests.campaign import Campaign
 from tests.shared_robot import SharedRobot, shared_robot
@@ -256,3 +260,10 @@ def test_robots_of_other_namespaces_and_domains_do_not_meet(domain: int, robot: 
         assert {"/left/hw_simulator", "/hw_simulator"} <= names
     with stranger(domain - 50) as far:
         assert far.ask("graph", within=2.0) == {"nodes": {}, "ends": {}}
+
+
+async def test_dds_that_does_not_start_is_an_error_with_the_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", "<nonsense>")
+    with pytest.raises(Ros2NotJoined, match="of domain 231: DDS did not start"):
+        async with dds_serving(Bus(), Guest(), 231):
+            pass

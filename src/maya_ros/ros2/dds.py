@@ -32,6 +32,9 @@ from maya_ros.ros2.types import SampleType, message_type
 _log = logging.getLogger("maya_ros.ros2")
 
 DISCOVERY = "ros_discovery_info"
+IN_TURN = 10
+"""So many samples of one reader are taken before those of the next one: no topic may delay a stop."""
+
 _BLOCKED = duration(milliseconds=100)
 """Longest time for which a writer waits for a reader that acknowledges nothing."""
 
@@ -147,7 +150,7 @@ class DdsGraph:
         self.counts = Counts()
         self._namespace = "/" + namespace.strip("/")
         self._nodes: dict[str, _Node] = {}
-        self._heard: list[tuple[DataReader[Any], ReadCondition, SampleType, Callable[[Any], None]]] = []
+        self._heard: list[tuple[DataReader[Any], ReadCondition, Callable[[Any], None]]] = []
         self._participant = DomainParticipant(domain, Qos(Policy.Userdata(b"enclave=/;")))
         self._topics: dict[str, Topic[Any]] = {}
         self._news = Outbox("DDS topics", self.counts)
@@ -205,7 +208,7 @@ class DdsGraph:
             self._reading.join()
         self._news.close()
         self._replies.close()
-        self._participant.__del__()
+        self._participant.__del__()  # the library deletes an entity, with all that belongs to it, in no other way
 
     def _whole(self, name: str) -> str:
         return f"{self._namespace.rstrip('/')}/{name.strip('/')}"
@@ -232,7 +235,7 @@ class DdsGraph:
         self._nodes.setdefault(node, _Node()).readers.append(raw.guid.bytes)
         ready = ReadCondition(raw, SampleState.Any | ViewState.Any | InstanceState.Any)
         self._wait.attach(ready)
-        self._heard.append((raw, ready, kind, heard))
+        self._heard.append((raw, ready, heard))
 
     def _read(self) -> None:
         """Take samples one by one, so that a malformed one disturbs no other."""
@@ -240,20 +243,20 @@ class DdsGraph:
             self._wait.wait(duration(infinite=True))
             if self._guard.read():
                 return
-            for reader, ready, _, heard in self._heard:
-                while ready.triggered:
+            for reader, ready, heard in self._heard:
+                for _ in range(IN_TURN):
+                    if not ready.triggered:
+                        break
                     self._take(reader, heard)
 
     def _take(self, reader: DataReader[Any], heard: Callable[[Any], None]) -> None:
         try:
-            samples = reader.take(1)
+            for sample in reader.take(1):
+                if not isinstance(sample, InvalidSample):
+                    heard(sample)
         except Exception as error:  # noqa: BLE001 - whatever a stranger sends, the next sample is read
             self.counts.malformed += 1
             _log.warning("a malformed sample on %s: %r", reader.topic.name, error)
-            return
-        for sample in samples:
-            if not isinstance(sample, InvalidSample):
-                heard(sample)
 
 
 def _service_id(name: str) -> str:

@@ -14,6 +14,8 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from cyclonedds.core import DDSException
+
 from maya_ros.graph import types as graph_types
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import goal_to_its_end
@@ -23,7 +25,7 @@ from maya_ros.ros2 import types
 from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
 from maya_ros.ros2.names import Quality, quality
 from maya_ros.rosbridge.access import Guest, RestrictedGraph
-from maya_un.errors import Busy, MayaError
+from maya_un.errors import Busy, MayaError, Ros2NotJoined
 
 NODE = "ros2"
 """The node on the bus that acts for the programs of ROS 2."""
@@ -300,8 +302,11 @@ class _DdsAction:
 
 @asynccontextmanager
 async def dds_serving(bus: Bus, guest: Guest, domain: int, namespace: str = "") -> AsyncGenerator[Ros2Edge]:
-    """Offer the bus to a domain of ROS 2 while the block runs."""
-    dds = DdsGraph(domain, namespace)
+    """Offer the bus to a domain of ROS 2 while the block runs. Raises `Ros2NotJoined`."""
+    try:
+        dds = DdsGraph(domain, namespace)
+    except DDSException as error:
+        raise Ros2NotJoined(domain=domain) from error
     edge = Ros2Edge(bus, guest, dds)
     dds.start()
     try:

@@ -336,7 +336,7 @@ async def _measured(
         measured=length_text(axis, measured),
         counted=length_text(axis, counted),
         factor=f"{factor:.2g}",
-        scale=f"{scale * factor:.4g}",
+        scale=f"{float(f'{scale * factor:.3g}'):.0f}",
     )
 
 

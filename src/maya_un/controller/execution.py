@@ -254,7 +254,7 @@ class Execution:
             if not self._monitor.moving():
                 return record
             if now > run.acknowledged + 1.05 * (run.end - run.began) + LATE:
-                raise EndNotReached(axis=phrase("a, b or c"), distance="an unknown way, still moving,")
+                raise EndNotReached(axis=phrase("a, b or c"), distance=phrase("an unknown distance"))
 
     def _due(self, run: MotionRun) -> float:
         """Return the loop time of the next action [s]: a via, the end, or the next poll in a pause or after the end."""

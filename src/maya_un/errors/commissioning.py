@@ -105,7 +105,7 @@ class AxesExchanged(
 class GripperInverted(
     MachineError,
     code=2610,
-    en="The gripper opens when it should close. gripper.closed_by must be {closed_by}.",
+    en='The gripper opens when it should close. gripper.closed_by must be "{closed_by}".',
 ):
     """The output of the gripper has the opposite effect."""
 

@@ -115,6 +115,17 @@ class Ros2Missing(
     name: str
 
 
+class Ros2NotJoined(
+    RequestError,
+    code=5017,
+    en="Maya cannot join the ROS 2 graph of domain {domain}: DDS did not start. Check $CYCLONEDDS_URI and the network "
+    "interfaces; the lines above name the cause.",
+):
+    """DDS refuses its configuration, or finds no network."""
+
+    domain: int
+
+
 class StorageUnavailable(
     RequestError,
     code=5014,
