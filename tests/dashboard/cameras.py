@@ -49,8 +49,12 @@ class CameraServer:
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                with camera.under_way(), suppress(BrokenPipeError, ConnectionResetError):
-                    camera.send_stream(self) if self.path.startswith("/stream") else camera.send_snapshot(self)
+                with suppress(BrokenPipeError, ConnectionResetError):
+                    if self.path.startswith("/stream"):
+                        with camera.under_way():
+                            camera.send_stream(self)
+                    else:
+                        camera.send_snapshot(self)
                 self.close_connection = True
 
             def log_message(self, format: str, *args: Any) -> None:
@@ -66,15 +70,18 @@ class CameraServer:
             self.asked.append(monotonic())
             self.open += 1
             self.most = max(self.most, self.open)
-        yield
-        with self._lock:
-            self.open -= 1
+        try:
+            yield
+        finally:
+            with self._lock:
+                self.open -= 1
 
     def send_snapshot(self, to: BaseHTTPRequestHandler) -> None:
-        """Send one picture."""
-        self.ended.wait(self.delay)
-        if self._hangs(to):
-            return
+        """Send one picture. With its last byte, the client may ask again: then the request is over."""
+        with self.under_way():
+            self.ended.wait(self.delay)
+            if self._hangs(to):
+                return
         content = picture_of(self.colour)
         to.send_response(200)
         to.send_header("Content-Type", "image/png")

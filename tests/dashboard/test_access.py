@@ -64,7 +64,7 @@ WALKS: Sequence[tuple[str, Sequence[Sequence[Step]]]] = (
                 "type [data-find] = delta",
                 "type [data-setting='geometry.delta'] input = x",
             ],
-            [".tool[href$=calibration]", "[data-fit]", "see [data-map] .arrow"],
+            [".tool[href$=calibration]", "see [data-points] tbody tr", "[data-fit]", "see [data-map] .arrow"],
             ["[data-remove-point]"],
             [CLOSE, "[data-clear]"],
             [".tool[href$=faults]"],

@@ -255,7 +255,7 @@ MISTAKES = [
     ("up --address 192.168.1", "like 192.168.1.20"),
     ("up --address http://192.168.1.20", "without http://"),
     ("up --address 192.168.1.20:http", "1 to 65535"),
-    ("up --address /dev/nothing", "`dmc find` lists the ports"),
+    ("up --port 0 --address /dev/nothing", "`dmc find` lists the ports"),
     ("up --port 70000", "0<=x<=65535"),
     ("up --port http", "not a whole number"),
     ("up --speed 0", "above 0 and at most 1000"),
