@@ -7,10 +7,10 @@ import logging
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
+from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
 from maya_ros.ros1.rights import token_of_graph
 from maya_ros.rosbridge import standalone
-from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.standalone import configured
 from maya_un.assembly import Stack
 from maya_un.edges import EndpointOptions, Ros2Options

@@ -18,11 +18,11 @@ import requests
 
 pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
+from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.table import TABLE, Kind
 from maya_ros.ros2 import types
 from maya_ros.ros2.edge import dds_serving
-from maya_ros.rosbridge.access import Guest
 from maya_un.assembly import Stack
 from maya_un.edges import Ros2Options
 from maya_un.errors import Ros2NotJoined

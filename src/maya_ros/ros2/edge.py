@@ -17,6 +17,7 @@ from typing import Any
 from cyclonedds.core import DDSException
 
 from maya_ros.graph import types as graph_types
+from maya_ros.graph.access import Guest, RestrictedGraph
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import goal_to_its_end
 from maya_ros.graph.protocol import GoalResult, GoalStatus, Graph, Message, Publisher, Stamp
@@ -24,7 +25,6 @@ from maya_ros.graph.table import TABLE, Kind, Row
 from maya_ros.ros2 import types
 from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
 from maya_ros.ros2.names import Quality, quality
-from maya_ros.rosbridge.access import Guest, RestrictedGraph
 from maya_un.errors import Busy, MayaError, Ros2NotJoined
 
 NODE = "ros2"

@@ -64,7 +64,7 @@ def service_types(kind: str) -> tuple[SampleType, SampleType]:
     name = name_of(kind, "srv")
     _register(f"{name}_Request", _definition(request))
     _register(f"{name}_Response", _definition(response))
-    return _sample_type(f"{name}_Request", _HEADER), _sample_type(f"{name}_Response", _HEADER)
+    return _service(name)
 
 
 class ActionTypes(NamedTuple):

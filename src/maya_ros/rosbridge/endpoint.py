@@ -13,8 +13,8 @@ from starlette.datastructures import Headers
 
 from dmc41x3.i18n import phrase
 from dmc41x3.listening import DescriptorShares, Listener
+from maya_ros.graph.access import Guest, RestrictedGraph, TokenChecker
 from maya_ros.graph.protocol import Graph, Publisher
-from maya_ros.rosbridge.access import Guest, RestrictedGraph, TokenChecker
 from maya_ros.rosbridge.client import MessageScheduler, RosbridgeClient, Sender
 from maya_ros.rosbridge.limits import CLIENTS
 from maya_ros.rosbridge.outgoing import MessageEncoder

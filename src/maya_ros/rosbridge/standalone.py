@@ -10,6 +10,7 @@ from socket import socket
 from typing import Protocol
 
 from dmc41x3.address import SIM
+from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus, BusNode
 from maya_ros.graph.protocol import Graph
 from maya_ros.graph.servers.controller import ControllerServer
@@ -20,7 +21,6 @@ from maya_ros.graph.servers.sensors import SensorServer
 from maya_ros.graph.servers.steps import TaskServer
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import POSITION
-from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.endpoint import NODE, Endpoint
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
 from maya_un.assembly import Stack

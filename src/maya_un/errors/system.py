@@ -107,8 +107,9 @@ class RosMissing(
 class Ros2Missing(
     RequestError,
     code=5016,
-    en="Maya cannot join a ROS 2 graph: the package {name} is not installed. Run `pip install 'maya-un[ros2]'`. For "
-    "Linux on ARM there is no such package: use `--rosbridge` there.",
+    en="Maya cannot join a ROS 2 graph: the package {name} is not installed. "
+    "Run `pip install cyclonedds` in the Python environment of Maya. For Linux on ARM there is no such package: use "
+    "`--rosbridge` there.",
 ):
     """`maya up --ros2` without the library that speaks DDS."""
 

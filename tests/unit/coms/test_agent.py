@@ -13,12 +13,12 @@ from typing import Any, cast
 import pytest
 
 from dmc41x3.loops import run
+from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import success
 from maya_ros.graph.protocol import Feedback, Graph, Message
 from maya_ros.graph.servers.steps import Steps, bridged
 from maya_ros.graph.table import STEP_COMMAND, STEP_RESULT, STEP_ROBOT, STEP_STATUS, TASK
-from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.endpoint import Endpoint
 from maya_un.coms.agent import LONGEST, Agent
 from maya_un.coms.robot import Rosbridge

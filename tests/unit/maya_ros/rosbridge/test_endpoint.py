@@ -14,10 +14,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.frames import Close
 
 from dmc41x3.loops import run
+from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.protocol import Graph
 from maya_ros.rosbridge import wire
-from maya_ros.rosbridge.access import Guest
 from maya_ros.rosbridge.endpoint import Endpoint
 from maya_ros.rosbridge.limits import LONGEST_MESSAGE, WAITING
 from maya_un.http.origins import OriginPolicy
