@@ -47,8 +47,8 @@ def states() -> Figure:
         figure = blank(7.2, 3.9)
         life, ends = figure.subplots(1, 2, width_ratios=(1.12, 1.0))
         for old, following in TRANSITIONS.items():
-            for new in following:
-                if not new.ended:
+            for new in TaskState:  # in the same order each time, which that of a set is not
+                if new in following and not new.ended:
                     _arrow(life, old, new)
         for state, place in PLACES.items():
             _box(life, state, place)
