@@ -8,11 +8,11 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from maya_ros.graph.urdf import INCLUDE, dimensions
+from maya_ros.graph.urdf import INCLUDE, MACROS, dimensions
 from maya_un.config import Config
 
 ROOT = Path(__file__).resolve().parent.parent
-FILE = ROOT / "ros" / "maya_controller" / "urdf" / INCLUDE
+FILE = MACROS.parent / INCLUDE
 
 
 def main(arguments: list[str]) -> int:

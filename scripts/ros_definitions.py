@@ -1,6 +1,6 @@
 """Copies the definitions of messages, services and actions into the ROS packages, which must hold them to build.
 
-The source is src/maya_ros/graph/definitions. ROS 1 has three packages in ros/; ROS 2 has one, ros2/maya_interfaces, in
+It copies the macros of the robot's description too. The source is src/maya_ros/graph. ROS 1 has three packages in ros/; ROS 2 has one, ros2/maya_interfaces, in
 whose definitions Maya's own types have no package, and texts stand in quotation marks. With --check it writes nothing
 and says which copies are not current.
 """
@@ -12,7 +12,10 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-SOURCE = ROOT / "src" / "maya_ros" / "graph" / "definitions"
+GRAPH = ROOT / "src" / "maya_ros" / "graph"
+SOURCE = GRAPH / "definitions"
+MACROS = GRAPH / "description"
+URDF = (ROOT / "ros" / "maya_controller" / "urdf", ROOT / "ros2" / "maya_description" / "urdf")
 FORMS = ("msg", "srv", "action")
 
 OWN_PACKAGE = re.compile(r"\bmaya_(?:controller|process|robot)/")
@@ -41,6 +44,8 @@ def copies() -> dict[Path, str]:
         text = path.read_text(encoding="utf-8")
         found[ROOT / "ros" / path.relative_to(SOURCE)] = text
         found[ROOT / "ros2" / "maya_interfaces" / path.parent.name / path.name] = in_ros2(text)
+    for path in MACROS.glob("*.xacro"):
+        found.update({folder / path.name: path.read_text(encoding="utf-8") for folder in URDF})
     return found
 
 
@@ -50,7 +55,8 @@ def in_ros2(text: str) -> str:
 
 
 def _present() -> list[Path]:
-    return [*_files(ROOT / "ros"), *_files(ROOT / "ros2")]
+    macros = [path for folder in URDF for path in folder.glob("*.xacro")]
+    return [*_files(ROOT / "ros"), *_files(ROOT / "ros2"), *macros]
 
 
 def _files(folder: Path) -> list[Path]:

@@ -7,8 +7,11 @@ import logging
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
+from maya_ros.graph import urdf
 from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
+from maya_ros.graph.servers.tasks import Clock
+from maya_ros.graph.table import CLOCK
 from maya_ros.ros1.rights import token_of_graph
 from maya_ros.rosbridge import standalone
 from maya_ros.rosbridge.standalone import configured
@@ -30,24 +33,60 @@ async def endpoint(stack: Stack, bridge: Bridge, place: EndpointOptions, *, spee
     Raises `Ros2Missing` if ROS 2 is asked for and DDS is not installed.
     """
     async with AsyncExitStack() as held:
-        bus = await held.enter_async_context(standalone.graph_of(stack, bridge, place.steps, speed=speed))
+        scaled = place.ros2 is not None and speed != 1.0
+        now = await held.enter_async_context(scaled_clock(bridge, speed)) if scaled else dates.epoch
+        bus = await held.enter_async_context(standalone.graph_of(stack, bridge, place.steps, speed=speed, now=now))
         if place.listener is not None:
-            rosbridge = standalone.served(bus, bridge, place.listener, place.edge, dates.epoch)
+            rosbridge = standalone.served(bus, bridge, place.listener, place.edge, now)
             await held.enter_async_context(rosbridge)
         if place.ros2 is not None:
-            await held.enter_async_context(in_ros2(bus, bridge, place.ros2))
+            await held.enter_async_context(in_ros2(bus, bridge, place.ros2, stack, scaled=scaled))
         yield
 
 
 @asynccontextmanager
-async def in_ros2(bus: Bus, bridge: Bridge, options: Ros2Options) -> AsyncIterator[None]:
-    """Offer a graph to ROS 2 while the block runs. Raises `Ros2Missing` if DDS is not installed."""
+async def in_ros2(
+    bus: Bus, bridge: Bridge, options: Ros2Options, stack: Stack, *, scaled: bool = False
+) -> AsyncIterator[None]:
+    """Offer a graph to ROS 2 while the block runs. Raises `Ros2Missing` if DDS or xacro is not installed.
+
+    `scaled` is whether the clock of the stack is not real time.
+    """
     try:
-        from maya_ros.ros2.edge import dds_serving  # noqa: PLC0415 - an extra, and 10 MB that rosbridge does not need
+        # an extra, and 10 MB that rosbridge does not need
+        from maya_ros.ros2.edge import dds_serving  # noqa: PLC0415
+        from maya_ros.ros2.standard import RobotInterface  # noqa: PLC0415
+
+        description = await asyncio.to_thread(urdf.describe, stack.config)
     except ImportError as missing:
         raise Ros2Missing(name=str(missing.name)) from missing
-    async with _signed_in(bridge) as guest, dds_serving(bus, guest, options.domain, options.namespace):
+    robot = RobotInterface(description, stack.controller.preview, scaled)
+    async with _signed_in(bridge) as guest, dds_serving(bus, guest, options, robot):
         yield
+
+
+@asynccontextmanager
+async def scaled_clock(bridge: Bridge, speed: float) -> AsyncIterator[Clock]:
+    """Yield the robot's time as a date, while its clock runs `speed` times as fast as real time [s since the epoch].
+
+    It begins with the present date. The robot's loop, which alone may read its clock, notes it 100 times a second.
+    """
+    began = now = dates.epoch()
+
+    async def note() -> None:
+        nonlocal now
+        loop = asyncio.get_running_loop()
+        start = loop.time()
+        while True:
+            now = began + loop.time() - start
+            await asyncio.sleep(speed / CLOCK.rate)
+
+    noting = asyncio.create_task(bridge.within(note), name="clock of the graph")
+    try:
+        yield lambda: now
+    finally:
+        noting.cancel()
+        await asyncio.gather(noting, return_exceptions=True)
 
 
 @asynccontextmanager

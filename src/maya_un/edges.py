@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager
 from importlib.metadata import entry_points
 from pathlib import Path
 from socket import socket
+from types import MappingProxyType
 from typing import NamedTuple, Protocol, cast
 
 from maya_un.assembly import Stack
@@ -18,10 +20,11 @@ GROUP = "maya_un.edges"
 
 
 class Ros2Options(NamedTuple):
-    """The domain of a ROS 2 graph, and the namespace of the robot in it, "" for none."""
+    """The domain of a ROS 2 graph, the namespace of the robot in it, "" for none, and other names for its names."""
 
     domain: int
     namespace: str = ""
+    remappings: Mapping[str, str] = MappingProxyType({})
 
 
 class EndpointOptions(NamedTuple):

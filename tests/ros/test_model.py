@@ -47,7 +47,7 @@ def homed(driver: Driver) -> None:
 
 
 def test_tf_agrees_with_kinematics_on_the_gripper(ros: Ros, driver: Driver, campaign: Campaign) -> None:
-    ros.set_param("/robot_description", describe(MACROS, Config()))
+    ros.set_param("/robot_description", describe(Config(), MACROS))
     ros.start("rosrun", "robot_state_publisher", "robot_state_publisher")
     rng, workspace = campaign.rng(), Workspace.of(Config())
     strokes = workspace.boom, workspace.line_b, workspace.line_c

@@ -265,5 +265,5 @@ def test_robots_of_other_namespaces_and_domains_do_not_meet(domain: int, robot: 
 async def test_dds_that_does_not_start_is_an_error_with_the_domain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", "<nonsense>")
     with pytest.raises(Ros2NotJoined, match="of domain 231: DDS did not start"):
-        async with dds_serving(Bus(), Guest(), 231):
+        async with dds_serving(Bus(), Guest(), Ros2Options(231)):
             pass

@@ -28,6 +28,7 @@ class Layer(StrEnum):
     ROBOT = "robot"
     PROCESS = "process"
     BRIDGE = "bridge"
+    ROS2 = "ROS 2"
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +221,41 @@ TABLE = (
     OUTPUT, CALL_OPERATION,
 )  # fmt: skip
 """The whole graph: first the names of the manual, then the additions."""
+
+MODEL = "robot_state_publisher"
+"""The node of ROS 2 that shows the robot's model, under the name of the program that does so elsewhere."""
+
+PROGRAM = "maya"
+"""The node of ROS 2 that stands for the program itself."""
+
+DESCRIPTION = Row(
+    "/robot_description", Kind.TOPIC, "std_msgs/String", Layer.ROS2, "the description of the robot (URDF)",
+    (MODEL,), ("rviz2",), latch=True, queue_size=1, manual=False,
+)  # fmt: skip
+TF = Row(
+    "/tf", Kind.TOPIC, "tf2_msgs/TFMessage", Layer.ROS2, "the frames that move, from /joint_states",
+    (MODEL,), ("rviz2",), queue_size=100, rate=JOINTS.rate, manual=False,
+)  # fmt: skip
+TF_STATIC = Row(
+    "/tf_static", Kind.TOPIC, "tf2_msgs/TFMessage", Layer.ROS2, "the frames that do not move",
+    (MODEL,), ("rviz2",), latch=True, queue_size=1, manual=False,
+)  # fmt: skip
+CLOCK = Row(
+    "/clock", Kind.TOPIC, "rosgraph_msgs/Clock", Layer.ROS2,
+    "the time of all stamps, while the clock of the twin is scaled", (PROGRAM,), queue_size=1, rate=100.0, manual=False,
+)  # fmt: skip
+ROSOUT = Row(
+    "/rosout", Kind.TOPIC, "rcl_interfaces/Log", Layer.ROS2, "the log of the program",
+    (PROGRAM,), latch=True, queue_size=1000, manual=False,
+)  # fmt: skip
+FOLLOW_JOINTS = Row(
+    "/controller/follow_joint_trajectory", Kind.ACTION, "control_msgs/FollowJointTrajectory", Layer.ROS2,
+    "follow a trajectory of a, b, c with times and tolerances", HARDWARE, manual=False,
+    asks=Operation.COMMAND,
+)  # fmt: skip
+
+ROS2_TABLE = (DESCRIPTION, TF, TF_STATIC, CLOCK, ROSOUT, FOLLOW_JOINTS)
+"""Names that only ROS 2 has of Maya: ROS 1 has them of its own programs, or has no package for their types."""
 
 
 def rows(*layers: Layer) -> tuple[Row, ...]:

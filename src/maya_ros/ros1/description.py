@@ -29,7 +29,7 @@ def main() -> int:
 
 def _described(macros: Path) -> str:
     try:
-        return describe(macros, load())
+        return describe(load(), macros)
     except ModuleNotFoundError as missing:
         reason = phrase("{name} is not installed, which makes the robot's description", name=missing.name)
         raise RosMissing(reason=reason) from missing

@@ -84,6 +84,11 @@ class Outbox:
             writer.queue.append(work)
             self._changed.notify()
 
+    @property
+    def thread(self) -> int | None:
+        """The thread that writes."""
+        return self._thread.ident
+
     def close(self) -> None:
         """Write what is queued, and end the thread."""
         with self._changed:
@@ -120,7 +125,7 @@ class SampleWriter:
         self._outbox = outbox
 
     def send(self, message: Mapping[str, Any], **header: int) -> None:
-        """Queue a complete message of the graph; `header` is that of a reply. It must not change afterwards."""
+        """Queue a message of the graph; `header` is that of a reply. The message must not change afterwards."""
 
         def made() -> Any:
             sample = self._kind.sample(message)
@@ -128,6 +133,14 @@ class SampleWriter:
             return sample
 
         self._outbox.put(self, made)
+
+    def send_made(self, make: Callable[[], Mapping[str, Any]]) -> None:
+        """Queue a message that `make` returns in the writing thread."""
+        self._outbox.put(self, lambda: self._kind.sample(make()))
+
+    def writes_in(self, thread: int | None) -> bool:
+        """Return whether this writer writes in a thread."""
+        return self._outbox.thread == thread
 
     def write(self, sample: Any) -> None:
         """Write a sample at once."""
@@ -143,11 +156,13 @@ class _Node:
 class DdsGraph:
     """The part of a ROS 2 graph that this process holds: nodes with their endpoints in one namespace and domain.
 
+    A name that `remappings` has is replaced: by a name in the namespace, or by a whole one that begins with a slash.
     Endpoints are added before `start`, which announces them. The reading thread calls what hears a sample.
     """
 
-    def __init__(self, domain: int, namespace: str = "") -> None:
+    def __init__(self, domain: int, namespace: str = "", remappings: Mapping[str, str] | None = None) -> None:
         self.counts = Counts()
+        self._remappings = remappings or {}
         self._namespace = "/" + namespace.strip("/")
         self._nodes: dict[str, _Node] = {}
         self._heard: list[tuple[DataReader[Any], ReadCondition, Callable[[Any], None]]] = []
@@ -211,7 +226,10 @@ class DdsGraph:
         self._participant.__del__()  # the library deletes an entity, with all that belongs to it, in no other way
 
     def _whole(self, name: str) -> str:
-        return f"{self._namespace.rstrip('/')}/{name.strip('/')}"
+        own, inner, part = name.partition("/_action/")
+        found = self._remappings.get(own, own.strip("/"))
+        whole = found if found.startswith("/") else f"{self._namespace.rstrip('/')}/{found}"
+        return f"{whole}{inner}{part}"
 
     def _topic(self, name: str, kind: SampleType) -> Topic[Any]:
         if name not in self._topics:

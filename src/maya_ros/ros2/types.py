@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from types import new_class
 from typing import Any, NamedTuple, cast
 
@@ -23,6 +24,9 @@ from maya_ros.graph import catalogue
 from maya_ros.graph.protocol import Message
 from maya_ros.ros2.names import OWN, PACKAGE, name_of
 from maya_un.errors import UnknownInterface
+
+_DEFINITIONS = Path(__file__).parent / "definitions"
+"""Definitions that only ROS 2 has and the library lacks."""
 
 _TIMES = {"time": "builtin_interfaces/Time", "duration": "builtin_interfaces/Duration"}
 _EMPTY = "uint8 structure_needs_at_least_one_member\n"
@@ -60,10 +64,9 @@ def message_type(kind: str) -> SampleType:
 @cache
 def service_types(kind: str) -> tuple[SampleType, SampleType]:
     """Return the wire forms of the request and the response of a service type of the graph."""
-    request, response = catalogue.halves(kind)
     name = name_of(kind, "srv")
-    _register(f"{name}_Request", _definition(request))
-    _register(f"{name}_Response", _definition(response))
+    for part, text in _parts(kind, "srv", ("Request", "Response")).items():
+        _register(f"{name}_{part}", text)
     return _service(name)
 
 
@@ -81,8 +84,8 @@ class ActionTypes(NamedTuple):
 def action_types(kind: str) -> ActionTypes:
     """Return the wire forms of an action type of the graph."""
     name = name_of(kind, "action")
-    for part in ("Goal", "Result", "Feedback"):
-        _register(f"{name}_{part}", _definition(kind + part))
+    for part, text in _parts(kind, "action", ("Goal", "Result", "Feedback")).items():
+        _register(f"{name}_{part}", text)
     _register(f"{name}_SendGoal_Request", f"{_UUID}{name}_Goal goal\n")
     _register(f"{name}_SendGoal_Response", f"bool accepted\n{_STAMP}")
     _register(f"{name}_GetResult_Request", _UUID)
@@ -99,6 +102,15 @@ def action_types(kind: str) -> ActionTypes:
     )
 
 
+def _parts(kind: str, form: str, parts: tuple[str, ...]) -> dict[str, str]:
+    """Return the ROS 2 definitions of the parts of a service or an action."""
+    package, _, own = kind.partition("/")
+    file = _DEFINITIONS / package / form / f"{own}.{form}"
+    if not file.exists():
+        return {part: _definition(kind + part) for part in parts}
+    return dict(zip(parts, catalogue.parts(file.read_text(encoding="utf-8")), strict=True))
+
+
 def _service(name: str) -> tuple[SampleType, SampleType]:
     return _sample_type(f"{name}_Request", _HEADER), _sample_type(f"{name}_Response", _HEADER)
 
@@ -106,7 +118,11 @@ def _service(name: str) -> tuple[SampleType, SampleType]:
 @cache
 def _store() -> Typestore:
     """Return the definitions: those of Jazzy, and Maya's own messages as they are used."""
-    return get_typestore(Stores.ROS2_JAZZY)
+    store = get_typestore(Stores.ROS2_JAZZY)
+    for file in sorted(_DEFINITIONS.glob("*/msg/*.msg")):
+        name = f"{file.parent.parent.name}/msg/{file.stem}"
+        store.register(get_types_from_msg(file.read_text(encoding="utf-8"), name))
+    return store
 
 
 def _register(name: str, text: str) -> None:

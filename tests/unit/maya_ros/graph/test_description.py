@@ -31,7 +31,7 @@ OTHER = configuration(
 
 @cache
 def _trees() -> tuple[tuple[Config, Tree], ...]:
-    return tuple((config, Tree(describe(MACROS, config))) for config in (Config(), OTHER))
+    return tuple((config, Tree(describe(config, MACROS))) for config in (Config(), OTHER))
 
 
 def tree(config: Config) -> Tree:
@@ -124,6 +124,6 @@ def test_the_boom_turns_clockwise_from_y() -> None:
 def test_without_xacro_it_says_which_library_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xacro", None)
     with pytest.raises(ModuleNotFoundError, match="xacro"):
-        describe(MACROS, Config())
+        describe(Config(), MACROS)
     monkeypatch.undo()
     assert importlib.import_module("xacro")

@@ -94,7 +94,7 @@ def test_carried_part_is_published_when_picked_and_when_placed() -> None:
 
 
 def test_lines_lie_on_the_pieces_of_the_description() -> None:
-    description = Tree(describe(MACROS, CONFIG))
+    description = Tree(describe(CONFIG, MACROS))
     there: dict[str, float] = dict(zip(NAMES, positions(MECHANISM, HERE), strict=True))
     b, c = (LineDivision.of(axis) for axis in (CONFIG.axes.b, CONFIG.axes.c))
     markers = list(line_markers(HERE, WORKSPACE, CONFIG))

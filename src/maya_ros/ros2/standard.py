@@ -1,0 +1,112 @@
+"""What ROS 2 expects of any robot: its model and frames, its clock, its log, its parameters, and trajectories."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.conversions import MotionPreviewer
+from maya_ros.graph.protocol import Graph, Message, Stamp, in_seconds
+from maya_ros.graph.table import (
+    CLOCK,
+    DESCRIPTION,
+    FOLLOW,
+    FOLLOW_JOINTS,
+    JOINTS,
+    MODEL,
+    PROGRAM,
+    ROSOUT,
+    TF,
+    TF_STATIC,
+    Row,
+)
+from maya_ros.ros2 import types
+from maya_ros.ros2.dds import DdsGraph, SampleWriter
+from maya_ros.ros2.model import FrameTree
+from maya_ros.ros2.names import quality
+from maya_ros.ros2.parameters import SERVICES, Parameters
+from maya_ros.ros2.server import ActionServer, ServiceServer
+from maya_ros.ros2.trajectory import JointTrajectories
+
+LONGEST = 4096
+"""Longest text of a message in the log [characters]."""
+
+
+class RobotInterface(NamedTuple):
+    """What is not on the bus: the description (URDF), the check of motions, and whether the clock is scaled."""
+
+    description: str
+    preview: MotionPreviewer
+    scaled: bool
+
+
+class StandardInterfaces:
+    """The interfaces of one robot; `graph` is that of the programs of ROS 2, with their rights."""
+
+    def __init__(self, bus: Bus, graph: Graph, dds: DdsGraph, server: ServiceServer, robot: RobotInterface) -> None:
+        self._bus = bus
+        self._dds = dds
+        self._show(FrameTree(robot.description), robot.description)
+        parameters = Parameters(graph, sim_time=robot.scaled)
+        for name, kind in SERVICES.items():
+            kinds = types.service_types(f"rcl_interfaces/{kind}")
+            server.serve(PROGRAM, f"/{PROGRAM}/{name}", kinds, "", partial(parameters.answer, name))
+        if robot.scaled:
+            server.spawn(self._tick(self._publisher(CLOCK)))
+        self._trajectories = JointTrajectories(graph, robot.preview, lambda: in_seconds(bus.now()))
+        node = bus.actions[FOLLOW.name].node.name.strip("/")
+        ActionServer(server, FOLLOW_JOINTS, node, dds, self._trajectories.carry_out)
+        self._log = RosoutHandler(self._publisher(ROSOUT), bus.now)
+        logging.getLogger().addHandler(self._log)
+
+    def close(self) -> None:
+        """Publish nothing more."""
+        logging.getLogger().removeHandler(self._log)
+        self._trajectories.close()
+
+    def _show(self, frames: FrameTree, description: str) -> None:
+        self._publisher(DESCRIPTION).send({"data": description})
+        self._publisher(TF_STATIC).send(frames.fixed(self._bus.now()))
+        moving, node = self._publisher(TF), self._bus.node(MODEL)
+
+        def hear(message: Message, _: object) -> None:
+            moving.send_made(lambda: frames.moving(message))
+
+        self._bus.topics.listen(JOINTS.name, JOINTS.type, hear, node, JOINTS.queue_size)
+
+    async def _tick(self, clock: SampleWriter) -> None:
+        while True:
+            clock.send({"clock": self._bus.now()})
+            await asyncio.sleep(1.0 / CLOCK.rate)
+
+    def _publisher(self, row: Row) -> SampleWriter:
+        return self._dds.publisher(row.sources[0], row.name, types.message_type(row.type), quality(row))
+
+
+class RosoutHandler(logging.Handler):
+    """Publishes the log of this program (rcl_interfaces/Log); the levels of Python are those of ROS 2."""
+
+    def __init__(self, writer: SampleWriter, now: Callable[[], Stamp]) -> None:
+        super().__init__(logging.INFO)
+        self._writer = writer
+        self._now = now
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Publish a record; what the writing thread itself says would come back to it."""
+        if self._writer.writes_in(record.thread):
+            return
+        self._writer.send(
+            {
+                "stamp": self._now(),
+                "level": record.levelno,
+                "name": record.name,
+                "msg": record.getMessage()[:LONGEST],
+                "file": record.filename,
+                "function": record.funcName or "",
+                "line": record.lineno,
+            }
+        )
