@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from fastapi import FastAPI
 
@@ -66,14 +66,25 @@ class SharedRobot:
         return {"Authorization": f"Bearer {token}"} if token else {}
 
 
-@contextmanager
-def shared_robot(state: Path, *, users: bool, ros2: Ros2Options | None = None) -> Iterator[SharedRobot]:
-    """Keep a homed robot running while the block runs, its journal in the folder `state`; with `users` of each role.
+class _Kind(NamedTuple):
+    """What a shared robot is like."""
 
-    With `ros2` it is in a graph of ROS 2 too.
+    users: bool
+    homed: bool
+    speed: float
+    ros2: Ros2Options | None
+
+
+@contextmanager
+def shared_robot(
+    state: Path, *, users: bool, ros2: Ros2Options | None = None, speed: float = SPEED, homed: bool = True
+) -> Iterator[SharedRobot]:
+    """Keep a robot running while the block runs, its journal in the folder `state`; with `users` of each role.
+
+    With `ros2` it is in a graph of ROS 2 too. `speed` is the speed of its clock.
     """
     started: Future[SharedRobot] = Future()
-    thread = threading.Thread(target=_run, args=(state, users, ros2, started), name="shared robot")
+    thread = threading.Thread(target=_run, args=(state, _Kind(users, homed, speed, ros2), started), name="shared robot")
     thread.start()
     robot = started.result(60.0)
     try:
@@ -83,42 +94,43 @@ def shared_robot(state: Path, *, users: bool, ros2: Ros2Options | None = None) -
         thread.join()
 
 
-def _run(state: Path, users: bool, ros2: Ros2Options | None, started: Future[SharedRobot]) -> None:
-    with asyncio.Runner(loop_factory=lambda: ScaledLoop(SPEED)) as runner:
+def _run(state: Path, kind: _Kind, started: Future[SharedRobot]) -> None:
+    with asyncio.Runner(loop_factory=lambda: ScaledLoop(kind.speed)) as runner:
         try:
-            runner.run(_serve(state, users, ros2, started))
+            runner.run(_serve(state, kind, started))
         except BaseException as error:
             if not started.done():
                 started.set_exception(error)
             raise
 
 
-async def _serve(state: Path, users: bool, ros2: Ros2Options | None, started: Future[SharedRobot]) -> None:
+async def _serve(state: Path, kind: _Kind, started: Future[SharedRobot]) -> None:
     loop, over = asyncio.get_running_loop(), asyncio.Event()
     file = state / "maya.db"
     journal = await SqliteJournal.open(file)
     try:
-        async with stack(CALM, speed=SPEED, journal=journal, calendar=dates, users=FileStore(file)) as running:
+        async with stack(CALM, speed=kind.speed, journal=journal, calendar=dates, users=FileStore(file)) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))
             with bound_socket(0) as near, bound_socket(0) as listener:
-                place = EndpointOptions(listener, OriginPolicy(near=_UNBOUNDED), state / "steps.db", ros2)
-                beside = partial(endpoint, running, bridge, place, speed=SPEED)
+                place = EndpointOptions(listener, OriginPolicy(near=_UNBOUNDED), state / "steps.db", kind.ros2)
+                beside = partial(endpoint, running, bridge, place, speed=kind.speed)
                 async with served(app, near, beside=beside) as url:
                     rosbridge = "ws://{}:{}".format(*listener.getsockname())
                     robot = SharedRobot(url, app, loop, running, over, rosbridge=rosbridge)
-                    await _prepare(robot, users=users)
+                    await _prepare(robot, kind)
                     started.set_result(robot)
                     await over.wait()
     finally:
         await journal.close()
 
 
-async def _prepare(robot: SharedRobot, *, users: bool) -> None:
+async def _prepare(robot: SharedRobot, kind: _Kind) -> None:
     service = robot.stack.service
     await service.command({"command": "gripper", "open": True})
-    await service.command({"command": "home"})
-    for role in reversed(Role) if users else ():
+    if kind.homed:
+        await service.command({"command": "home"})
+    for role in reversed(Role) if kind.users else ():
         made = await service.users.add(f"the-{role.word}", role.word, PASSWORD)
         robot.tokens[role.word] = made.token

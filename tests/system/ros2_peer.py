@@ -18,10 +18,11 @@ from typing import Any
 
 from cyclonedds._clayer import ddspy_write
 from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
+from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct, make_idl_struct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint32, uint64
+from cyclonedds.idl.types import array, float32, float64, int8, int32, int64, sequence, uint8, uint16, uint32, uint64
 from cyclonedds.pub import DataWriter
 from cyclonedds.qos import Policy, Qos
 from cyclonedds.sub import DataReader
@@ -30,6 +31,9 @@ from cyclonedds.topic import Topic
 NEVER = threading.Event()
 PATIENCE = 60.0
 """Longest wait for anything [s]."""
+
+
+JOINTS = "FollowJointTrajectory"
 
 
 def _name(kind: str, form: str, own: str) -> str:
@@ -216,7 +220,291 @@ class ParticipantEntities(IdlStruct, typename=_name("rmw_dds_common", "msg", "Pa
     node_entities_info_seq: sequence[NodeEntities]
 
 
+@final
+@dataclass
+class Duration(IdlStruct, typename=_name("builtin_interfaces", "msg", "Duration")):
+    sec: int32
+    nanosec: uint32
+
+
+@final
+@dataclass
+class Header(IdlStruct, typename=_name("std_msgs", "msg", "Header")):
+    stamp: Time
+    frame_id: str
+
+
+@final
+@dataclass
+class Vector3(IdlStruct, typename=_name("geometry_msgs", "msg", "Vector3")):
+    x: float64
+    y: float64
+    z: float64
+
+
+@final
+@dataclass
+class Quaternion(IdlStruct, typename=_name("geometry_msgs", "msg", "Quaternion")):
+    x: float64
+    y: float64
+    z: float64
+    w: float64
+
+
+@final
+@dataclass
+class Transform(IdlStruct, typename=_name("geometry_msgs", "msg", "Transform")):
+    translation: Vector3
+    rotation: Quaternion
+
+
+@final
+@dataclass
+class TransformStamped(IdlStruct, typename=_name("geometry_msgs", "msg", "TransformStamped")):
+    header: Header
+    child_frame_id: str
+    transform: Transform
+
+
+@final
+@dataclass
+class TFMessage(IdlStruct, typename=_name("tf2_msgs", "msg", "TFMessage")):
+    transforms: sequence[TransformStamped]
+
+
+@final
+@dataclass
+class JointState(IdlStruct, typename=_name("sensor_msgs", "msg", "JointState")):
+    header: Header
+    name: sequence[str]
+    position: sequence[float64]
+    velocity: sequence[float64]
+    effort: sequence[float64]
+
+
+@final
+@dataclass
+class Clock(IdlStruct, typename=_name("rosgraph_msgs", "msg", "Clock")):
+    clock: Time
+
+
+@final
+@dataclass
+class Log(IdlStruct, typename=_name("rcl_interfaces", "msg", "Log")):
+    stamp: Time
+    level: uint8
+    name: str
+    msg: str
+    file: str
+    function: str
+    line: uint32
+
+
+@final
+@dataclass
+class Twist(IdlStruct, typename=_name("geometry_msgs", "msg", "Twist")):
+    linear: Vector3
+    angular: Vector3
+
+
+@final
+@dataclass
+class TrajectoryPoint(IdlStruct, typename=_name("trajectory_msgs", "msg", "JointTrajectoryPoint")):
+    positions: sequence[float64]
+    velocities: sequence[float64]
+    accelerations: sequence[float64]
+    effort: sequence[float64]
+    time_from_start: Duration
+
+
+@final
+@dataclass
+class Trajectory(IdlStruct, typename=_name("trajectory_msgs", "msg", "JointTrajectory")):
+    header: Header
+    joint_names: sequence[str]
+    points: sequence[TrajectoryPoint]
+
+
+@final
+@dataclass
+class MultiPoint(IdlStruct, typename=_name("trajectory_msgs", "msg", "MultiDOFJointTrajectoryPoint")):
+    transforms: sequence[Transform]
+    velocities: sequence[Twist]
+    accelerations: sequence[Twist]
+    time_from_start: Duration
+
+
+@final
+@dataclass
+class MultiTrajectory(IdlStruct, typename=_name("trajectory_msgs", "msg", "MultiDOFJointTrajectory")):
+    header: Header
+    joint_names: sequence[str]
+    points: sequence[MultiPoint]
+
+
+@final
+@dataclass
+class Tolerance(IdlStruct, typename=_name("control_msgs", "msg", "JointTolerance")):
+    name: str
+    position: float64
+    velocity: float64
+    acceleration: float64
+
+
+@final
+@dataclass
+class ComponentTolerance(IdlStruct, typename=_name("control_msgs", "msg", "JointComponentTolerance")):
+    joint_name: str
+    component: uint16
+    position: float64
+    velocity: float64
+    acceleration: float64
+
+
+@final
+@dataclass
+class JointsGoal(IdlStruct, typename=_name("control_msgs", "action", f"{JOINTS}_Goal")):
+    trajectory: Trajectory
+    multi_dof_trajectory: MultiTrajectory
+    path_tolerance: sequence[Tolerance]
+    component_path_tolerance: sequence[ComponentTolerance]
+    goal_tolerance: sequence[Tolerance]
+    component_goal_tolerance: sequence[ComponentTolerance]
+    goal_time_tolerance: Duration
+
+
+@final
+@dataclass
+class JointsResult(IdlStruct, typename=_name("control_msgs", "action", f"{JOINTS}_Result")):
+    error_code: int32
+    error_string: str
+
+
+@final
+@dataclass
+class JointsSendRequest(IdlStruct, typename=_name("control_msgs", "action", f"{JOINTS}_SendGoal_Request")):
+    guid: uint64
+    seq: int64
+    goal_id: Uuid
+    goal: JointsGoal
+
+
+@final
+@dataclass
+class JointsSendResponse(IdlStruct, typename=_name("control_msgs", "action", f"{JOINTS}_SendGoal_Response")):
+    guid: uint64
+    seq: int64
+    accepted: bool
+    stamp: Time
+
+
+@final
+@dataclass
+class JointsResultRequest(IdlStruct, typename=_name("control_msgs", "action", f"{JOINTS}_GetResult_Request")):
+    guid: uint64
+    seq: int64
+    goal_id: Uuid
+
+
+@final
+@dataclass
+class JointsResultResponse(IdlStruct, typename=_name("control_msgs", "action", f"{JOINTS}_GetResult_Response")):
+    guid: uint64
+    seq: int64
+    status: int8
+    result: JointsResult
+
+
+@final
+@dataclass
+class ParameterValue(IdlStruct, typename=_name("rcl_interfaces", "msg", "ParameterValue")):
+    type: uint8
+    bool_value: bool
+    integer_value: int64
+    double_value: float64
+    string_value: str
+    byte_array_value: sequence[uint8]
+    bool_array_value: sequence[bool]
+    integer_array_value: sequence[int64]
+    double_array_value: sequence[float64]
+    string_array_value: sequence[str]
+
+
+@final
+@dataclass
+class Parameter(IdlStruct, typename=_name("rcl_interfaces", "msg", "Parameter")):
+    name: str
+    value: ParameterValue
+
+
+@final
+@dataclass
+class ListResult(IdlStruct, typename=_name("rcl_interfaces", "msg", "ListParametersResult")):
+    names: sequence[str]
+    prefixes: sequence[str]
+
+
+@final
+@dataclass
+class SetResult(IdlStruct, typename=_name("rcl_interfaces", "msg", "SetParametersResult")):
+    successful: bool
+    reason: str
+
+
+@final
+@dataclass
+class ListRequest(IdlStruct, typename=_name("rcl_interfaces", "srv", "ListParameters_Request")):
+    guid: uint64
+    seq: int64
+    prefixes: sequence[str]
+    depth: uint64
+
+
+@final
+@dataclass
+class ListResponse(IdlStruct, typename=_name("rcl_interfaces", "srv", "ListParameters_Response")):
+    guid: uint64
+    seq: int64
+    result: ListResult
+
+
+@final
+@dataclass
+class GetRequest(IdlStruct, typename=_name("rcl_interfaces", "srv", "GetParameters_Request")):
+    guid: uint64
+    seq: int64
+    names: sequence[str]
+
+
+@final
+@dataclass
+class GetResponse(IdlStruct, typename=_name("rcl_interfaces", "srv", "GetParameters_Response")):
+    guid: uint64
+    seq: int64
+    values: sequence[ParameterValue]
+
+
+@final
+@dataclass
+class SetRequest(IdlStruct, typename=_name("rcl_interfaces", "srv", "SetParameters_Request")):
+    guid: uint64
+    seq: int64
+    parameters: sequence[Parameter]
+
+
+@final
+@dataclass
+class SetResponse(IdlStruct, typename=_name("rcl_interfaces", "srv", "SetParameters_Response")):
+    guid: uint64
+    seq: int64
+    results: sequence[SetResult]
+
+
 TYPES: dict[str, Any] = {
+    "tf2_msgs/TFMessage": TFMessage,
+    "sensor_msgs/JointState": JointState,
+    "rosgraph_msgs/Clock": Clock,
+    "rcl_interfaces/Log": Log,
     "std_msgs/String": String,
     "geometry_msgs/Point": Point,
     "maya_interfaces/MayaPrimitive": Primitive,
@@ -255,8 +543,13 @@ class Peer:
         self._readers: dict[str, DataReader[Any]] = {}
         self._goals: dict[str, Any] = {}
         self.discovered = self.reader("ros_discovery_info", ParticipantEntities, late=True, depth=100)
+        self._alive = ReadCondition(self.discovered, SampleState.Any | ViewState.Any | InstanceState.Alive)
         self.readers = BuiltinDataReader(self.participant, BuiltinTopicDcpsSubscription)
         self.writers = BuiltinDataReader(self.participant, BuiltinTopicDcpsPublication)
+
+    def alive(self) -> list[Any]:
+        """Return what the participants that are alive say of their nodes."""
+        return self.discovered.read(100, condition=self._alive)
 
     def reader(self, topic: str, kind: Any, *, late: bool = False, depth: int = 10) -> DataReader[Any]:
         return DataReader(self.participant, Topic(self.participant, topic, kind), qos(depth, late=late))
@@ -290,6 +583,40 @@ def primitive(values: dict[str, Any]) -> Primitive:
     return Primitive(values["command"], Point(*values.get("target", (0.0, 0.0, 0.0))), values.get("open", False))
 
 
+JOINTS_ACTION = "/controller/follow_joint_trajectory"
+
+NO_VALUE: dict[str, Any] = {
+    "type": 0, "bool_value": False, "integer_value": 0, "double_value": 0.0, "string_value": "",
+    "byte_array_value": [], "bool_array_value": [], "integer_array_value": [], "double_array_value": [],
+    "string_array_value": [],
+}  # fmt: skip
+
+
+def duration(seconds: float) -> Duration:
+    return Duration(int(seconds // 1), round(seconds % 1 * 1e9))
+
+
+def joints_goal(
+    points: list[Any],
+    names: str = "abc",
+    path: dict[str, float] | None = None,
+    end: dict[str, float] | None = None,
+    delay: float = 0.0,
+    start: float = 0.0,
+) -> JointsGoal:
+    """Return a goal: tolerances by joint of the path and of the end, and the allowed delay [s]."""
+    begun = duration(start)
+    head, nobody = Header(Time(begun.sec, begun.nanosec), ""), Header(Time(0, 0), "")
+    none: Any = []
+    rows: Any = [TrajectoryPoint(point[1:], none, none, none, duration(point[0])) for point in points]
+    joints: Any = list(names)
+    paths: Any
+    ends: Any
+    paths, ends = ([Tolerance(name, most, 0.0, 0.0) for name, most in (one or {}).items()] for one in (path, end))
+    nothing = MultiTrajectory(nobody, none, none)
+    return JointsGoal(Trajectory(head, joints, rows), nothing, paths, none, ends, none, duration(delay))
+
+
 class Commands:
     """The commands that a line on stdin may name."""
 
@@ -297,6 +624,7 @@ class Commands:
         self.peer = peer
         self.ids = itertools.count(1)
         self._last: dict[str, DataReader[Any]] = {}
+        self._all: dict[str, DataReader[Any]] = {}
         self._writers: list[DataWriter[Any]] = []
         self._publishers: dict[str, DataWriter[Any]] = {}
 
@@ -316,14 +644,50 @@ class Commands:
         )
         return {"accepted": answer.accepted, "id": number}
 
+    def send_joints(self, points: list[Any], **given: Any) -> Any:
+        """Send a trajectory of points (time, a, b, c), and return the number of the goal."""
+        number = next(self.ids)
+        goal = joints_goal(points, **given)
+        kinds = (JointsSendRequest, JointsSendResponse)
+        answer = self.peer.call(f"{JOINTS_ACTION}/_action/send_goal", kinds, goal_id=uuid_of(number), goal=goal)
+        return {"accepted": answer.accepted, "id": number}
+
+    def joints_result(self, id: int) -> Any:
+        kinds = (JointsResultRequest, JointsResultResponse)
+        answer = self.peer.call(f"{JOINTS_ACTION}/_action/get_result", kinds, goal_id=uuid_of(id))
+        return {"status": answer.status, **asdict(answer.result)}
+
+    def list_parameters(self, prefixes: list[str], depth: int = 0) -> Any:
+        kinds = (ListRequest, ListResponse)
+        answer = self.peer.call("/maya/list_parameters", kinds, prefixes=prefixes, depth=depth)
+        return asdict(answer.result)
+
+    def get_parameters(self, names: list[str]) -> Any:
+        answer = self.peer.call("/maya/get_parameters", (GetRequest, GetResponse), names=names)
+        return [asdict(value) for value in answer.values]
+
+    def set_parameter(self, name: str, type: int, **value: Any) -> Any:
+        given: dict[str, Any] = {**NO_VALUE, "type": type, **value}
+        whole = ParameterValue(**given)
+        parameters: Any = [Parameter(name, whole)]
+        answer = self.peer.call("/maya/set_parameters", (SetRequest, SetResponse), parameters=parameters)
+        return asdict(answer.results[0])
+
+    def all(self, topic: str, type: str, late: bool = False) -> Any:
+        """Return the messages on a topic since the last call; the first call only begins to read."""
+        if topic not in self._all:
+            self._all[topic] = self.peer.reader(f"rt{topic}", TYPES[type], late=late, depth=10_000)
+            until(self._all[topic].get_matched_publications, f"a writer of {topic}")
+        return [asdict(one) for one in self._all[topic].take(10_000)]
+
     def result(self, id: int) -> Any:
         goal_id = uuid_of(id)
         answer = self.peer.call("/task/_action/get_result", (ResultRequest, ResultResponse), goal_id=goal_id)
         return {"status": answer.status, **asdict(answer.result)}
 
-    def cancel(self, id: int) -> Any:
+    def cancel(self, id: int, action: str = "/task") -> Any:
         info = GoalInfo(uuid_of(id), Time(0, 0))
-        answer = self.peer.call("/task/_action/cancel_goal", (CancelRequest, CancelResponse), goal_info=info)
+        answer = self.peer.call(f"{action}/_action/cancel_goal", (CancelRequest, CancelResponse), goal_info=info)
         return {"code": answer.return_code, "canceling": len(answer.goals_canceling)}
 
     def last(self, topic: str, type: str, late: bool = False) -> Any:
@@ -372,7 +736,8 @@ class Commands:
         """Return the nodes, and every endpoint of others with its type and user data, in `within` seconds if any."""
         if within:
             NEVER.wait(within)
-        found = self.peer.discovered.read(100) if within else until(lambda: self.peer.discovered.read(100), "nodes")
+        alive = self.peer.alive()
+        found = alive if within else until(self.peer.alive, "nodes")
         gids: dict[str, list[str]] = {}
         for one in found:
             for node in one.node_entities_info_seq:
@@ -381,6 +746,8 @@ class Commands:
         found_ends: dict[str, Any] = {}
         for form, builtin in (("reader", self.peer.readers), ("writer", self.peer.writers)):
             for end in builtin.read(1000):
+                if end.qos is None:
+                    continue  # it has gone
                 data = end.qos[Policy.Userdata].data.decode() if Policy.Userdata in end.qos else ""
                 if end.participant_key != self.peer.participant.guid:
                     found_ends[end.key.bytes.hex()] = [form, end.topic_name, end.type_name, data]

@@ -2,44 +2,53 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import logging
 import os
 import random
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import dist
+from math import cos, dist, sin
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import requests
+from scipy.spatial.transform import Rotation
 
 pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
 from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
-from maya_ros.graph.table import TABLE, Kind
+from maya_ros.graph.table import CLOCK, TABLE, Kind
+from maya_ros.graph.urdf import BASE, GRIPPER, NAMES
 from maya_ros.ros2 import types
 from maya_ros.ros2.edge import dds_serving
 from maya_un.assembly import Stack
 from maya_un.edges import Ros2Options
 from maya_un.errors import Ros2NotJoined
-from maya_un.values import Point
+from maya_un.kinematics import Floats
+from maya_un.values import Joints, Point
 from tests.campaign import Campaign
+from tests.description import Tree
 from tests.shared_robot import SharedRobot, shared_robot
+from tests.system.processes import running
 from tests.waiting import eventually
 
 pytestmark = pytest.mark.system
 
 HERE, THERE = (0.41, 1.13, 0.5), (1.18, 0.21, 0.5)
 NEAR = 2e-3
-SUCCEEDED, CANCELED = 4, 5
+SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 
 LOOPBACK = """<CycloneDDS><Domain>
 <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
+<Discovery><LeaseDuration>2s</LeaseDuration>
+<ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
 </Domain></CycloneDDS>"""
 """Nothing leaves this machine."""
 
@@ -260,6 +269,243 @@ def test_robots_of_other_namespaces_and_domains_do_not_meet(domain: int, robot: 
         assert {"/left/hw_simulator", "/hw_simulator"} <= names
     with stranger(domain - 50) as far:
         assert far.ask("graph", within=2.0) == {"nodes": {}, "ends": {}}
+
+
+def test_the_model_is_the_robot_s(peer: Stranger, robot: SharedRobot) -> None:
+    text = peer.ask("last", topic="/robot_description", type="std_msgs/String", late=True)["data"]
+    tree = Tree(text)
+    assert tree.free == set(NAMES)
+    geometry = robot.stack.config.geometry
+    assert float(tree.frame("line_c", dict.fromkeys(NAMES, 0.0))[2, 3]) == pytest.approx(geometry.height)
+
+
+def frames_of(message: Any) -> dict[str, tuple[str, Floats]]:
+    """Return the parent and the homogeneous transform of each frame of a tf2_msgs/TFMessage."""
+    found: dict[str, tuple[str, Floats]] = {}
+    for one in message["transforms"]:
+        made = np.eye(4)
+        made[:3, :3] = Rotation.from_quat([one["transform"]["rotation"][axis] for axis in "xyzw"]).as_matrix()
+        made[:3, 3] = [one["transform"]["translation"][axis] for axis in "xyz"]
+        found[one["child_frame_id"]] = (one["header"]["frame_id"], made)
+    return found
+
+
+@pytest.mark.waits("motions of a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+def test_the_frames_put_the_gripper_where_it_is(peer: Stranger, robot: SharedRobot, campaign: Campaign) -> None:
+    fixed = frames_of(peer.ask("last", topic="/tf_static", type="tf2_msgs/TFMessage", late=True))
+    workspace = robot.stack.controller.workspace
+    for case in range(campaign.size(ci=4, long=100)):
+        rng = campaign.rng(case)
+        a, radius = rng.uniform(0.1, 1.9), rng.uniform(0.8, 1.5)
+        place = (radius * sin(a), radius * cos(a), rng.uniform(0.5, 0.9))
+        if workspace.why_not(Point(*place)) is not None:
+            continue
+        assert peer.carry_out("approach", target=place)["success"]
+
+        def settled() -> bool:
+            moved = frames_of(peer.ask("last", topic="/tf", type="tf2_msgs/TFMessage"))
+            shown = peer.ask("last", topic="/maya_position", type="geometry_msgs/Point", late=True)
+            frames, link, at = {**fixed, **moved}, GRIPPER, np.eye(4)
+            while link != BASE:
+                link, step = frames[link]
+                at = step @ at
+            return dist(at[:3, 3], [shown[axis] for axis in "xyz"]) < 1e-6 and at_point(robot, shown)
+
+        eventually(settled, "frames and position that agree to 1 µm")
+
+
+def at_point(robot: SharedRobot, shown: dict[str, float]) -> bool:
+    """Whether a position is the one that the controller measures now."""
+    point = robot.stack.controller.state.point
+    return point is not None and dist(point, [shown[axis] for axis in "xyz"]) < 1e-9
+
+
+def seconds(stamp: dict[str, int]) -> float:
+    return stamp["sec"] + 1e-9 * stamp["nanosec"]
+
+
+@pytest.mark.waits("a clock that runs at 20 times real speed, as DDS lives in real time")
+@pytest.mark.parametrize("speed", [1.0, 20.0])
+def test_stamps_are_those_of_the_clock(domain: int, tmp_path: Path, speed: float) -> None:
+    namespace = f"clock_{speed:.0f}"
+    with (
+        shared_robot(tmp_path, users=False, ros2=Ros2Options(domain, namespace), speed=speed, homed=speed > 1.0) as one,
+        stranger(domain, f"/{namespace}") as near,
+    ):
+        (sim,) = near.ask("get_parameters", names=["use_sim_time"])
+        assert sim["bool_value"] == (speed > 1.0)
+        if speed == 1.0:
+            ends = near.ask("graph")["ends"].values()
+            assert not [end for end in ends if end[1] == f"rt/{namespace}/clock"]
+            (now,) = near.ask("get_parameters", names=["speed"])
+            assert now["double_value"] == 1.0
+            return
+        clock, joints = ({"topic": f"/{namespace}/clock", "type": "rosgraph_msgs/Clock"},
+                         {"topic": f"/{namespace}/joint_states", "type": "sensor_msgs/JointState"})  # fmt: skip
+        before = robot_time(one)
+        near.ask("all", **clock)
+        near.ask("all", **joints)
+        stamps: list[float] = []
+        ticks: list[float] = []
+
+        def enough() -> bool:
+            ticks.extend(seconds(tick["clock"]) for tick in near.ask("all", **clock))
+            stamps.extend(seconds(state["header"]["stamp"]) for state in near.ask("all", **joints))
+            return len(stamps) > 20 and len(ticks) > 20
+
+        eventually(enough, "ticks of the clock, and joints")
+        passed = robot_time(one) - before
+        assert ticks == sorted(ticks)
+        assert 0.0 < ticks[-1] - ticks[0] <= passed
+        inside = [stamp for stamp in stamps if ticks[0] <= stamp <= ticks[-1]]
+        slack = 3.0 * speed / CLOCK.rate  # the robot's loop notes the time as often as the clock ticks
+        assert all(min(abs(stamp - tick) for tick in ticks) <= slack for stamp in inside)
+        assert inside
+
+
+def robot_time(robot: SharedRobot) -> float:
+    """Return the time of the robot's own loop [s]."""
+
+    async def read(_: Stack) -> float:
+        return asyncio.get_running_loop().time()
+
+    return robot.do(read)
+
+
+def joints_of(robot: SharedRobot) -> Joints:
+    found = robot.stack.controller.state.joints
+    assert found is not None
+    return found
+
+
+def farther(robot: SharedRobot, turn: float) -> list[float]:
+    """Return joints with axis a turned further, toward the middle [rad]."""
+    a, b, c = joints_of(robot)
+    return [a + (turn if a < 1.0 else -turn), b, c]
+
+
+@pytest.mark.waits("motions of a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+def test_a_trajectory_takes_its_time_and_ends_at_its_last_point(peer: Stranger, robot: SharedRobot) -> None:
+    goal, before = farther(robot, 0.2), robot_time(robot)
+    middle = [0.5 * (x + y) for x, y in zip(joints_of(robot), goal, strict=True)]
+    sent = peer.ask("send_joints", points=[[15.0, *middle], [30.0, *goal]], end=dict.fromkeys("abc", 1e-3))
+    assert sent["accepted"]
+    assert peer.ask("joints_result", id=sent["id"]) == {"status": SUCCEEDED, "error_code": 0, "error_string": ""}
+    assert robot_time(robot) - before >= 30.0
+    assert joints_of(robot) == pytest.approx(goal, abs=1e-4)
+
+
+@pytest.mark.waits("motions of a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+def test_a_trajectory_is_cancelled_at_any_instant(peer: Stranger, robot: SharedRobot, campaign: Campaign) -> None:
+    for case in range(campaign.size(ci=3, long=100)):
+        rng = campaign.rng(case)
+        sent = peer.ask("send_joints", points=[[10.0, *farther(robot, 0.3)]])
+        assert sent["accepted"]
+        for _ in range(rng.randrange(8)):
+            peer.ask("last", topic="/maya_position", type="geometry_msgs/Point", late=True)
+        if rng.random() < 0.5:
+            assert peer.ask("trigger", service="/controller/stop")["success"]
+        else:
+            peer.ask("cancel", id=sent["id"], action="/controller/follow_joint_trajectory")
+        result = peer.ask("joints_result", id=sent["id"])
+        assert result["status"] in {SUCCEEDED, CANCELED}, result
+        assert not moving(robot)
+
+
+@pytest.mark.waits("motions of a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+@pytest.mark.parametrize(
+    ("given", "code", "reason"),
+    [
+        ({"path": {"a": 1e-4}}, -4, "a is "),
+        ({"delay": 1.0, "late": 0.5}, -1, "it is to take"),
+    ],
+)
+def test_a_trajectory_that_leaves_its_tolerances_is_aborted(
+    peer: Stranger, robot: SharedRobot, given: dict[str, Any], code: int, reason: str
+) -> None:
+    goal = farther(robot, 0.3)
+    within = given.pop("late", 20.0)
+    middle = [0.9 * x + 0.1 * y for x, y in zip(joints_of(robot), goal, strict=True)]
+    sent = peer.ask("send_joints", points=[[0.75 * within, *middle], [within, *goal]], **given)
+    result = peer.ask("joints_result", id=sent["id"])
+    assert (result["status"], result["error_code"]) == (ABORTED, code), result
+    assert reason in result["error_string"]
+    assert not moving(robot)
+    assert joints_of(robot) != pytest.approx(goal, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "reason"),
+    [
+        ({"names": "abd"}, -2, "4018"),
+        ({"points": []}, -1, "2107"),
+        ({"points": [[2.0, 1.0, 1.0, 1.0], [1.0, 1.0, 1.0, 1.0]]}, -1, "must grow"),
+        ({"points": [[2.0, 1.0, 1.0]]}, -1, "3 items, not 2"),
+        ({"points": [[2.0, 1.0, 1.0, float("nan")]]}, -1, "4"),
+        ({"points": [[2.0, 1.0, 90.0, 1.0]]}, -1, "2"),
+        ({"path": {"d": 1.0}}, -1, "no joint"),
+        ({"start": 1.0}, -3, "in the past"),
+    ],
+)
+def test_a_trajectory_that_cannot_be_is_aborted_with_the_reason(
+    peer: Stranger, robot: SharedRobot, change: dict[str, Any], code: int, reason: str
+) -> None:
+    before = joints_of(robot)
+    sent = peer.ask("send_joints", **{"points": [[5.0, *farther(robot, 0.1)]], **change})
+    result = peer.ask("joints_result", id=sent["id"])
+    assert (result["status"], result["error_code"]) == (ABORTED, code), result
+    assert reason in result["error_string"]
+    assert joints_of(robot) == before
+
+
+def test_parameters_are_the_configuration(peer: Stranger, robot: SharedRobot) -> None:
+    listed = peer.ask("list_parameters", prefixes=["config.geometry"])
+    assert listed["names"] == [f"config.geometry.{name}" for name in robot.stack.config.geometry.model_dump()]
+    top = peer.ask("list_parameters", prefixes=[], depth=1)["names"]
+    assert top == ["speed", "sim_mode", "address", "use_sim_time"]
+    names = ["config.geometry.length", "address", "sim_mode", "config.gripper.output", "no.such"]
+    values = peer.ask("get_parameters", names=names)
+    assert [value["type"] for value in values] == [3, 4, 1, 2, 0]
+    assert values[0]["double_value"] == robot.stack.config.geometry.length
+    assert values[1]["string_value"] == "sim"
+
+
+def test_a_parameter_that_may_not_be_set_keeps_its_value_and_has_a_reason(peer: Stranger) -> None:
+    refused = peer.ask("set_parameter", name="address", type=4, string_value="192.168.1.2")
+    assert refused["successful"] is False
+    assert "config." in refused["reason"]
+    refused = peer.ask("set_parameter", name="config.geometry.length", type=3, double_value=2.0)
+    assert refused["successful"] is False
+    assert refused["reason"].startswith("4102: ")
+
+
+def test_the_log_is_on_rosout(peer: Stranger, robot: SharedRobot) -> None:
+    peer.ask("all", topic="/rosout", type="rcl_interfaces/Log", late=True)
+    logging.getLogger("maya_ros.ros2").warning("a sentence of the test")
+
+    def told() -> bool:
+        said = peer.ask("all", topic="/rosout", type="rcl_interfaces/Log", late=True)
+        return any(one["msg"] == "a sentence of the test" and one["level"] == logging.WARNING for one in said)
+
+    eventually(told, "the sentence on /rosout")
+
+
+def test_names_can_be_others(domain: int, tmp_path: Path) -> None:
+    options = Ros2Options(domain, "left", {"/maya_event": "/events", "/task": "work", "/tf": "tf"})
+    with shared_robot(tmp_path, users=False, ros2=options, homed=False), stranger(domain, "/left") as near:
+        topics = {end[1] for end in near.ask("graph")["ends"].values()}
+    assert {"rt/events", "rt/left/tf", "rq/left/work/_action/send_goalRequest"} <= topics
+    assert not {"rt/left/maya_event", "rq/left/task/_action/send_goalRequest"} & topics
+
+
+@pytest.mark.waits("the lease of a participant that was killed, 2 s")
+def test_nodes_of_a_killed_program_disappear(domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain - 1))
+    with running(f"up --port 0 --journal {tmp_path}/maya.db --ros2") as up, stranger(domain - 1) as near:
+        up.until("ROS 2")
+        assert "/hw_simulator" in near.ask("graph")["nodes"]
+        up.kill()
+        eventually(lambda: not near.ask("graph", within=0.1)["nodes"], "a graph without the nodes")
 
 
 async def test_dds_that_does_not_start_is_an_error_with_the_domain(monkeypatch: pytest.MonkeyPatch) -> None:

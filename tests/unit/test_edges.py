@@ -37,7 +37,9 @@ async def test_without_dds_the_command_says_what_to_install(monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "cyclonedds", None)
     with pytest.raises(Ros2Missing, match="pip install cyclonedds") as missing:
         async with AsyncExitStack() as held:
-            await held.enter_async_context(in_ros2(cast("Any", None), cast("Any", None), Ros2Options(0)))
+            await held.enter_async_context(
+                in_ros2(cast("Any", None), cast("Any", None), Ros2Options(0), cast("Any", None))
+            )
     assert missing.value.code == 5016
 
 

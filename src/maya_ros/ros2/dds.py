@@ -168,6 +168,7 @@ class DdsGraph:
         self._heard: list[tuple[DataReader[Any], ReadCondition, Callable[[Any], None]]] = []
         self._participant = DomainParticipant(domain, Qos(Policy.Userdata(b"enclave=/;")))
         self._topics: dict[str, Topic[Any]] = {}
+        self._writers: list[DataWriter[Any]] = []  # a writer that nobody holds leaves the graph
         self._news = Outbox("DDS topics", self.counts)
         self._replies = Outbox("DDS replies", self.counts)
         self._guard = GuardCondition(self._participant)
@@ -242,6 +243,7 @@ class DdsGraph:
         qos = _qos(quality, f"typehash={kind.hash};{also}") + Qos(_OURS)
         raw = DataWriter[Any](self._participant, self._topic(topic, kind), qos)
         self._nodes.setdefault(node, _Node()).writers.append(raw.guid.bytes)
+        self._writers.append(raw)
         return SampleWriter(topic, kind, raw, outbox, quality.depth)
 
     def _reader(

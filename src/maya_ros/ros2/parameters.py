@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 from dmc41x3.i18n import phrase
 from maya_ros.graph.outcome import call_service
@@ -77,8 +77,10 @@ class Parameters:
     async def _set(self, parameters: Sequence[Message]) -> Message:
         """Write settings for the next start, all or none."""
         try:
-            settings = {_setting(one["name"]): _written(one["value"]) for one in parameters}
-            arguments = json.dumps({"settings": settings})
+            settings: dict[str, Any] = {}
+            for one in parameters:
+                _lay(settings, _setting(one["name"]), _written(one["value"]))
+            arguments = json.dumps({"config": {"settings": settings}})
             await call_service(self._graph, CALL_OPERATION, {"operation": "put_config", "arguments": arguments})
         except MayaError as error:
             return {"successful": False, "reason": f"{error.code}: {error}"}
@@ -132,6 +134,17 @@ def _setting(name: str) -> str:
         reason = phrase("only settings, below {prefix}, can be changed", prefix=CONFIG)
         raise InvalidValue(key="name", value=name, reason=reason)
     return name.removeprefix(CONFIG)
+
+
+def _lay(settings: dict[str, Any], name: str, value: Any) -> None:
+    """Put a value at its place in the sections of the configuration."""
+    *sections, last = name.split(".")
+    for section in sections:
+        below = settings.setdefault(section, {})
+        if not isinstance(below, dict):
+            raise InvalidValue(key="name", value=name, reason="a part of it is a setting and no section")
+        settings = cast("dict[str, Any]", below)
+    settings[last] = value
 
 
 def _written(value: Message) -> Any:

@@ -50,6 +50,7 @@ class StandardInterfaces:
     def __init__(self, bus: Bus, graph: Graph, dds: DdsGraph, server: ServiceServer, robot: RobotInterface) -> None:
         self._bus = bus
         self._dds = dds
+        self._node = bus.node(MODEL)
         self._show(FrameTree(robot.description), robot.description)
         parameters = Parameters(graph, sim_time=robot.scaled)
         for name, kind in SERVICES.items():
@@ -57,7 +58,7 @@ class StandardInterfaces:
             server.serve(PROGRAM, f"/{PROGRAM}/{name}", kinds, "", partial(parameters.answer, name))
         if robot.scaled:
             server.spawn(self._tick(self._publisher(CLOCK)))
-        self._trajectories = JointTrajectories(graph, robot.preview, lambda: in_seconds(bus.now()))
+        self._trajectories = JointTrajectories(graph, self._node, robot.preview, lambda: in_seconds(bus.now()))
         node = bus.actions[FOLLOW.name].node.name.strip("/")
         ActionServer(server, FOLLOW_JOINTS, node, dds, self._trajectories.carry_out)
         self._log = RosoutHandler(self._publisher(ROSOUT), bus.now)
@@ -67,16 +68,17 @@ class StandardInterfaces:
         """Publish nothing more."""
         logging.getLogger().removeHandler(self._log)
         self._trajectories.close()
+        self._node.close()
 
     def _show(self, frames: FrameTree, description: str) -> None:
         self._publisher(DESCRIPTION).send({"data": description})
         self._publisher(TF_STATIC).send(frames.fixed(self._bus.now()))
-        moving, node = self._publisher(TF), self._bus.node(MODEL)
+        moving = self._publisher(TF)
 
         def hear(message: Message, _: object) -> None:
             moving.send_made(lambda: frames.moving(message))
 
-        self._bus.topics.listen(JOINTS.name, JOINTS.type, hear, node, JOINTS.queue_size)
+        self._bus.topics.listen(JOINTS.name, JOINTS.type, hear, self._node, JOINTS.queue_size)
 
     async def _tick(self, clock: SampleWriter) -> None:
         while True:

@@ -62,15 +62,15 @@ class _Violation(NamedTuple):
 
 
 class JointTrajectories:
-    """Carries out goals on `graph`; `now` returns the time of the graph's stamps [s]."""
+    """Carries out goals on `graph`; `own` is the robot's own graph, `now` returns the time of its stamps [s]."""
 
-    def __init__(self, graph: Graph, preview: MotionPreviewer, now: Callable[[], float]) -> None:
+    def __init__(self, graph: Graph, own: Graph, preview: MotionPreviewer, now: Callable[[], float]) -> None:
         self._graph = graph
         self._preview = preview
         self._now = now
         self._joints: Joints | None = None
         self._heard: list[Callable[[], None]] = []
-        self._states = graph.subscribe(JOINTS.name, JOINTS.type, self._hear, queue_size=1)
+        self._states = own.subscribe(JOINTS.name, JOINTS.type, self._hear, queue_size=1)
 
     def close(self) -> None:
         """Follow the joints no more."""

@@ -159,6 +159,10 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     ros_namespace: Annotated[
         str, typer.Option("--ros-namespace", metavar="NAME", help="the robot's namespace in the ROS 2 graph")
     ] = "",
+    ros_remap: Annotated[
+        list[str] | None,
+        typer.Option("--ros-remap", metavar="FROM:=TO", help="another name for a name in the ROS 2 graph; repeatable"),
+    ] = None,
     coms: Annotated[bool, typer.Option("--coms", help="also start `maya coms`, and rosbridge, which it needs")] = False,
     show: Annotated[
         bool, typer.Option("--open", help="open the dashboard in the default browser of this computer")
@@ -179,7 +183,7 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     endpoint = command.ROSBRIDGE_PORT if (rosbridge or coms) and rosbridge_port is None else rosbridge_port
     options = command.UpOptions(
         address, speed, port, seed, truth, table, skip_home, journal, finish, remote, endpoint, take_over, coms, show,
-        command.ros2_of(ros_namespace) if ros2 else None,
+        command.ros2_of(ros_namespace, ros_remap or ()) if ros2 else None,
     )  # fmt: skip
     return command.up(options, settings_of(context))
 

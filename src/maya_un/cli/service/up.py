@@ -11,7 +11,7 @@ import os
 import re
 import signal
 import socket
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from contextlib import AsyncExitStack, ExitStack, asynccontextmanager, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -377,8 +377,14 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
     return output.DONE
 
 
-def ros2_of(namespace: str) -> Ros2Options:
-    """Return the domain that $ROS_DOMAIN_ID names, 0 without it, and a namespace. Raises `InvalidValue`."""
+_ROS_NAME = "/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*"
+
+
+def ros2_of(namespace: str, remaps: Sequence[str] = ()) -> Ros2Options:
+    """Return the domain that $ROS_DOMAIN_ID names, 0 without it, a namespace, and remappings like "/tf:=/left/tf".
+
+    Raises `InvalidValue`.
+    """
     from maya_un.edges import Ros2Options
 
     text = os.environ.get("ROS_DOMAIN_ID") or "0"
@@ -386,9 +392,15 @@ def ros2_of(namespace: str) -> Ros2Options:
         raise InvalidValue(
             key="ROS_DOMAIN_ID", value=text, reason=phrase("it must be a number from 0 to {last}", last=LAST_DOMAIN)
         )
-    if not re.fullmatch(r"(/?[A-Za-z_][A-Za-z0-9_]*)*/?", namespace):
+    if not re.fullmatch(rf"({_ROS_NAME})?/?", namespace):
         raise InvalidValue(key="--ros-namespace", value=namespace, reason="it must be names with slashes between them")
-    return Ros2Options(int(text), namespace)
+    remappings: dict[str, str] = {}
+    for remap in remaps:
+        found = re.fullmatch(rf"({_ROS_NAME}):=({_ROS_NAME})", remap)
+        if found is None:
+            raise InvalidValue(key="--ros-remap", value=remap, reason="it must be two names of ROS, FROM:=TO")
+        remappings["/" + found[1].strip("/")] = found[2]
+    return Ros2Options(int(text), namespace, remappings)
 
 
 def journal_file(named: str | None) -> Path | None:
