@@ -554,6 +554,10 @@ class Peer:
     def reader(self, topic: str, kind: Any, *, late: bool = False, depth: int = 10) -> DataReader[Any]:
         return DataReader(self.participant, Topic(self.participant, topic, kind), qos(depth, late=late))
 
+    def client(self, service: str) -> tuple[DataWriter[Any], DataReader[Any]]:
+        """Return the writer and the reader of a service that was called."""
+        return self._clients[service]
+
     def call(self, service: str, kinds: tuple[Any, Any], **request: Any) -> Any:
         """Call a service as soon as it is matched on both sides, and return its response."""
         if service not in self._clients:

@@ -106,7 +106,8 @@ class Outbox:
                 writer = self._waiting.popleft()
                 work = writer.queue.popleft()
             try:
-                writer.write(work())
+                if writer.wanted:
+                    writer.write(work())
             except DDSException:
                 self._counts.unsent += 1
             except Exception:  # noqa: BLE001 - the thread must live on for the other writers
@@ -117,9 +118,10 @@ class Outbox:
 class SampleWriter:
     """A writer of samples, through an outbox."""
 
-    def __init__(self, name: str, kind: SampleType, raw: DataWriter[Any], outbox: Outbox, depth: int) -> None:
+    def __init__(self, name: str, kind: SampleType, raw: DataWriter[Any], outbox: Outbox, quality: Quality) -> None:
         self.name = name
-        self.queue: deque[Callable[[], Any]] = deque(maxlen=max(1, depth))
+        self.queue: deque[Callable[[], Any]] = deque(maxlen=max(1, quality.depth))
+        self._late = quality.late
         self._kind = kind
         self._raw = raw
         self._outbox = outbox
@@ -141,6 +143,11 @@ class SampleWriter:
     def writes_in(self, thread: int | None) -> bool:
         """Return whether this writer writes in a thread."""
         return self._outbox.thread == thread
+
+    @property
+    def wanted(self) -> bool:
+        """Whether somebody reads, or a later reader gets what is written now; else no sample need be made."""
+        return self._late or bool(self._raw.get_matched_subscriptions())
 
     def write(self, sample: Any) -> None:
         """Write a sample at once."""
@@ -244,7 +251,7 @@ class DdsGraph:
         raw = DataWriter[Any](self._participant, self._topic(topic, kind), qos)
         self._nodes.setdefault(node, _Node()).writers.append(raw.guid.bytes)
         self._writers.append(raw)
-        return SampleWriter(topic, kind, raw, outbox, quality.depth)
+        return SampleWriter(topic, kind, raw, outbox, quality)
 
     def _reader(
         self, node: str, topic: str, kind: SampleType, quality: Quality, heard: Callable[[Any], None], also: str

@@ -1,0 +1,83 @@
+"""A program in the graph of ROS 2 for `bench_ros2.py`, by DDS alone: it calls services, serves one, or reads topics.
+
+ros2_peer.py calls          reads "COUNT SERVICE" from stdin, and answers with the median time of a call [s]
+ros2_peer.py serves         serves /bench/empty, a std_srvs/Trigger, with nothing but the library
+ros2_peer.py reads COUNT    has COUNT readers of /joint_states and COUNT of /maya_position
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from statistics import median
+from typing import Any
+
+from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.pub import DataWriter
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from tests.system import ros2_peer as stranger
+
+KINDS = (stranger.TriggerRequest, stranger.TriggerResponse)
+
+
+def calls(peer: stranger.Peer) -> None:
+    """Time calls; the client waits for an answer as rmw_cyclonedds does."""
+    for line in sys.stdin:
+        count, service = line.split()
+        peer.call(service, KINDS)
+        print(median(_timed(peer, service) for _ in range(int(count))), flush=True)
+
+
+def _timed(peer: stranger.Peer, service: str) -> float:
+    writer, reader = peer.client(service)
+    ready = WaitSet(peer.participant)
+    ready.attach(ReadCondition(reader, SampleState.Any | ViewState.Any | InstanceState.Any))
+    start = time.perf_counter()
+    writer.write(stranger.TriggerRequest(guid=os.getpid(), seq=0))
+    while not reader.take(1):
+        ready.wait(duration(seconds=10))
+    return time.perf_counter() - start
+
+
+def serves(peer: stranger.Peer) -> None:
+    """Answer each request at once."""
+    requests = peer.reader("rq/bench/emptyRequest", KINDS[0], depth=100)
+    topic = Topic(peer.participant, "rr/bench/emptyReply", KINDS[1])
+    replies: DataWriter[Any] = DataWriter(peer.participant, topic, stranger.qos(100))
+    ready = WaitSet(peer.participant)
+    ready.attach(ReadCondition(requests, SampleState.Any | ViewState.Any | InstanceState.Any))
+    while True:
+        ready.wait(duration(seconds=10))
+        for asked in requests.take(10):
+            replies.write(stranger.TriggerResponse(asked.guid, asked.seq, True, ""))
+
+
+def reads(peer: stranger.Peer, count: int) -> None:
+    """Hold readers that take nothing: each keeps its latest message."""
+    kinds = {"/joint_states": stranger.JointState, "/maya_position": stranger.Point}
+    held = [peer.reader(f"rt{name}", kind, depth=1) for name, kind in kinds.items() for _ in range(count)]
+    for reader in held:
+        stranger.until(reader.get_matched_publications, "a writer")
+    print("ready", flush=True)
+    sys.stdin.read()
+
+
+def main() -> None:
+    """Do what the arguments say."""
+    peer = stranger.Peer(int(os.environ["ROS_DOMAIN_ID"]), "")
+    match sys.argv[1:]:
+        case ["calls"]:
+            calls(peer)
+        case ["serves"]:
+            serves(peer)
+        case ["reads", count]:
+            reads(peer, int(count))
+        case _:
+            raise SystemExit(__doc__)
+
+
+if __name__ == "__main__":
+    main()
