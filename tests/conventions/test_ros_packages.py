@@ -81,12 +81,19 @@ def test_a_copy_that_is_not_current_is_named_and_renewed(tmp_path: Path) -> None
         file.parent.mkdir(parents=True)
         file.write_text("bool yes\n")
 
+    view = Path("ros", "maya_controller", "rviz", "urdf.rviz")
+    (tmp_path / view).parent.mkdir(parents=True)
+    (tmp_path / view).write_bytes((ROOT / view).read_bytes())
+
     def run(*arguments: str) -> tuple[int, list[str]]:
         done = subprocess.run([sys.executable, script, *arguments], capture_output=True, text=True, check=False)
         return done.returncode, done.stdout.splitlines()
 
     places = ("ros/maya_robot/msg/New.msg", "ros/maya_robot/msg/Old.msg", "ros2/maya_interfaces/msg/New.msg")
-    stale = [f"{place} is not current: run scripts/docs" for place in places]
+    stale = [
+        f"{place} is not current: run scripts/docs"
+        for place in sorted((*places, "ros2/maya_description/rviz/maya.rviz"))
+    ]
     assert run("--check") == (1, stale)
     assert run()[0] == 0
     assert run("--check") == (0, [])

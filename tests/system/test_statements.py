@@ -331,7 +331,10 @@ async def test_a_question_is_shown_answered_and_stored() -> None:
         )
         with pytest.raises(InvalidValue):
             await running.service.queue.answer("perhaps")
-        view = await running.service.queue.answer("yes")
+        for other in ((job + 1, 1), (job, 2)):
+            with pytest.raises(NotFound):
+                await running.service.queue.answer("yes", *other)
+        view = await running.service.queue.answer("yes", question.job, question.index)
         assert view.question is None
         with pytest.raises(NotFound):
             await running.service.queue.answer("yes")
@@ -340,6 +343,23 @@ async def test_a_question_is_shown_answered_and_stored() -> None:
         assert [
             event.answer for event in running.controller.events.since(0) if isinstance(event, QuestionAnswered)
         ] == ["yes"]
+
+
+async def test_an_answer_that_comes_twice_is_not_taken_for_the_next_question() -> None:
+    async with robot() as running:
+        job = await submitted(running, {"ask": "Is the table clear?"}, {"ask": "Is your hand out of the gripper?"})
+        await begun(running, 1)
+        read = running.service.queue.view().question
+        assert read is not None
+        await running.service.queue.answer("continue", read.job, read.index)
+        await begun(running, 2)
+        with pytest.raises(NotFound):
+            await running.service.queue.answer("continue", read.job, read.index)
+        asked = running.service.queue.view().question
+        assert asked is not None
+        assert (asked.index, asked.question) == (2, "Is your hand out of the gripper?")
+        await running.service.queue.answer("cancel", asked.job, asked.index)
+        await running.service.wait(job)
 
 
 async def test_the_answer_cancel_ends_the_job() -> None:

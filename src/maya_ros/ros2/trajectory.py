@@ -34,6 +34,12 @@ Tolerances = tuple[float, float, float]
 _LOOK = 0.02
 """Time between two looks at the clock while a start is awaited [s]."""
 
+_OLD = 3
+"""So many messages of joints may still have been measured before a motion ended."""
+
+_PATIENCE = 1.0
+"""Longest wait for a message of joints [s]."""
+
 
 class Timetable(NamedTuple):
     """Where the joints are to be at which time after the start [s]; `goal_time` is the allowed delay, 0 for any."""
@@ -120,7 +126,22 @@ class JointTrajectories:
             self._heard.remove(look)
         if found:
             return _aborted(*found[0])
+        if ended.outcome is GoalStatus.SUCCEEDED and any(table.goal_tolerance):
+            await self._news()
         return self._ended(table, ended)
+
+    async def _news(self) -> None:
+        """Wait for joints that were measured after the end of a motion; the first that come may be older."""
+        for _ in range(_OLD):
+            came = asyncio.Event()
+            self._heard.append(came.set)
+            try:
+                async with asyncio.timeout(_PATIENCE):
+                    await came.wait()
+            except TimeoutError:  # the link is lost: the last known joints decide
+                return
+            finally:
+                self._heard.remove(came.set)
 
     def _ended(self, table: Timetable, ended: GoalResult) -> GoalResult:
         if ended.outcome is GoalStatus.SUCCEEDED:

@@ -56,13 +56,13 @@ async def answer_questions(robot: Stack, job: int, display: Display, language: s
             machine.look()
         elif isinstance(event, QuestionAsked):
             question = robot.service.queue.view().question
-            answer = None if question is None else question.choices[0]
-            if question is not None and not dry:
-                answer = await _typed(question, lines, display, language)
+            if question is None:
+                continue  # answered already
+            answer = question.choices[0] if dry else await _typed(question, lines, display, language)
             if answer is None:
                 await robot.service.cancel(job)
                 return
-            await _pass_on(robot, answer)
+            await _pass_on(robot, answer, question)
 
 
 async def _typed(question: OperatorQuestion, lines: LineReader, display: Display, language: str) -> str | None:
@@ -75,9 +75,9 @@ async def _typed(question: OperatorQuestion, lines: LineReader, display: Display
             return line
 
 
-async def _pass_on(robot: Stack, answer: str) -> None:
-    """Answer the open question, unless the job has ended meanwhile."""
+async def _pass_on(robot: Stack, answer: str, question: OperatorQuestion) -> None:
+    """Answer a question, unless it has closed meanwhile."""
     try:
-        await robot.service.queue.answer(answer)
+        await robot.service.queue.answer(answer, question.job, question.index)
     except NotFound:
         return

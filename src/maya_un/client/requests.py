@@ -407,12 +407,18 @@ def step_queue() -> Request[QueueView]:
     return Request("POST", "/v1/queue/step", Answer("maya_un.schema.jobs", "QueueView"))
 
 
-def answer_question(answer: str) -> Request[QueueView]:
+def answer_question(answer: str, *, job: int | None = None, index: int | None = None) -> Request[QueueView]:
     """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
 
-    If no job asks, the error is 4004 NotFound.
+    Send `job` and `index` of the question that was read: if another one is open now, or none, the error is 4004
+    NotFound.
     """
-    return Request("POST", "/v1/queue/answer", Answer("maya_un.schema.jobs", "QueueView"), body={"answer": answer})
+    return Request(
+        "POST",
+        "/v1/queue/answer",
+        Answer("maya_un.schema.jobs", "QueueView"),
+        body={"answer": answer} | changed({"job": (job, None), "index": (index, None)}),
+    )
 
 
 def clear_queue() -> Request[QueueView]:

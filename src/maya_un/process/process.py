@@ -251,15 +251,18 @@ class Process:
         await self.turns.lift()
         self.turns.wake()
 
-    async def answer(self, answer: str) -> None:
-        """Answer the question of the job under way.
+    async def answer(self, answer: str, job: int | None = None, index: int | None = None) -> None:
+        """Answer the question of the job under way; `job` and the `index` of its step name the question that is meant.
 
-        Raises `NotFound` without one, `InvalidValue` for an answer that it does not offer, `StorageFailed`.
+        Raises `NotFound` without one, or while another one is open; `InvalidValue` for an answer that it does not
+        offer, `StorageFailed`.
         """
         item = self.turns.running
         question = None if item is None else item.question
         if item is None or question is None or question.answered.done():
             raise NotFound(what="open question", number="now")
+        if job not in (None, item.number) or index not in (None, question.index):
+            raise NotFound(what="open question", number=f"of job {job or item.number}, step {index or question.index}")
         require_choice(question, answer)
         await self._whole.do(self._answered(item, question, answer))
 

@@ -224,10 +224,16 @@ class Recovering:
 
 @dataclass(frozen=True, slots=True)
 class Answering:
-    """The answer to the question of the running job: one of its choices."""
+    """The answer to the question of the running job: one of its choices.
+
+    `job` and `index` name the question that was read. So the answer to a question that has closed is refused, and is
+    not taken for the answer to the next one.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     answer: Annotated[str, Field(min_length=1, max_length=30)]
+    job: Annotated[int, Field(ge=1)] | None = None
+    index: Annotated[int, Field(ge=1)] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -292,13 +292,16 @@ class QueueService:
         await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
         return self.view()
 
-    async def answer(self, answer: str, by: Caller = LOCAL) -> QueueView:
+    async def answer(
+        self, answer: str, job: int | None = None, index: int | None = None, by: Caller = LOCAL
+    ) -> QueueView:
         """Answer the question of the running job by one of its choices; the answer `cancel` ends the job.
 
-        Raises `NotFound` without an open question, `InvalidValue` for another answer, `StorageFailed`.
+        `job` and `index` name the question that was read. Raises `NotFound` if no question is open, or another one;
+        `InvalidValue` for another answer, `StorageFailed`.
         """
         del by  # the audit log contains the caller's name
-        await self._process.answer(answer)
+        await self._process.answer(answer, job, index)
         return self.view()
 
     def proposes(self, by: Caller) -> bool:

@@ -19,6 +19,8 @@ export interface Again {
 
 export interface Answering {
   answer: string;
+  job?: number | null;
+  index?: number | null;
 }
 
 export interface AuditLine {

@@ -83,15 +83,17 @@ def answer(choice: str | None, settings: OutputSettings) -> int:
     Raises `InvalidCommandLine` if the choice is missing without a terminal.
     """
     client = ServiceClient.find()
+    question = client.ask(requests.queue())["question"]
+    if question is None or not question["open"]:
+        if choice is not None:
+            return _told(requests.answer_question(choice), settings)  # the service refuses it
+        return output.answer({"question": None}, translate("No job asks a question.", settings.language), settings)
     if choice is None:
-        question = client.ask(requests.queue())["question"]
-        if question is None or not question["open"]:
-            return output.answer({"question": None}, translate("No job asks a question.", settings.language), settings)
         if settings.json or not sys.stdin.isatty():
             raise InvalidCommandLine(reason=phrase("{name} is missing", name="CHOICE"), command="maya queue answer")
         prompt = f"{question['question']} ({', '.join(question['choices'])}): "
         choice = typed(prompt, question["choices"], settings.language)
-    return _told(requests.answer_question(choice), settings)
+    return _told(requests.answer_question(choice, job=question["job"], index=question["index"]), settings)
 
 
 def clear(settings: OutputSettings) -> int:

@@ -113,15 +113,20 @@ def add_queue(routes: Routes) -> None:
         tag=_QUEUE,
         gives=QueueView,
         refuses=(NotFound,),
-        examples={"go on": {"answer": "continue"}, "end the job": {"answer": "cancel"}},
+        examples={"go on": {"answer": "continue", "job": 12, "index": 3}, "end the job": {"answer": "cancel"}},
         client="queue.answer",
     )
     async def answer_question(ask: Ask, body: AnsweringBody) -> Response:
         """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
 
-        If no job asks, the error is 4004 NotFound.
+        Send `job` and `index` of the question that was read: if another one is open now, or none, the error is 4004
+        NotFound.
         """
-        return answer(await ask(lambda service: service.queue.answer(body.answer, by=ask.caller)))
+
+        async def answered(service: Service) -> QueueView:
+            return await service.queue.answer(body.answer, body.job, body.index, by=ask.caller)
+
+        return answer(await ask(answered))
 
     @routes.add(
         "POST", "/v1/queue/clear", Operation.CLEAR, tag=_QUEUE, gives=QueueView, client="queue.clear", patience=AT_REST
