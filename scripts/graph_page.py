@@ -11,8 +11,8 @@ from maya_ros.graph.events import REFUSED, words
 from maya_ros.graph.goals import KEPT, PERIOD
 from maya_ros.graph.servers.sensors import DRAWING_RATE
 from maya_ros.graph.servers.tasks import FEEDBACK_RATE
-from maya_ros.graph.table import TABLE, Kind, Row
-from maya_ros.ros2.names import FORMS, SERVICE, name_of, quality
+from maya_ros.graph.table import PROGRAM, ROS2_TABLE, TABLE, Kind, Row
+from maya_ros.ros2.names import FORMS, PARAMETER_SERVICES, SERVICE, name_of, quality
 
 DEFINITIONS = Path(maya_ros.graph.__file__).parent / "definitions"
 SUFFIXES = {"msg": "Message", "srv": "Service", "action": "Action"}
@@ -32,9 +32,9 @@ If users exist, a client needs a [role](roles.md) that includes the operation of
 """
 
 MORE = f"""
-robot_state_publisher makes /tf from `/joint_states` and the parameter `robot_description`. Without ROS there is
-neither: to draw the robot, set the joints of [its description](../explanation/the-model.md) by `/joint_states`. Markers
-are published on change, at most {DRAWING_RATE:g} times a second, and in full to each new subscriber. A queue holds a
+In ROS 1, robot_state_publisher makes /tf from `/joint_states` and the parameter `robot_description`. Rosbridge alone
+has neither: to draw the robot, set the joints of [its description](../explanation/the-model.md) by `/joint_states`.
+Markers are published on change, at most {DRAWING_RATE:g} times a second, and in full to each new subscriber. A queue holds a
 number of messages for one reader; beyond that the oldest are dropped. Rates are in the reader's time, even if the
 twin's clock runs faster.
 """
@@ -159,7 +159,7 @@ def _in_ros2() -> Iterator[str]:
     yield ROS_2
     yield "| name | type | direction | keeps | for later readers |"
     yield "|---|---|---|---|---|"
-    for row in TABLE:
+    for row in (*TABLE, *ROS2_TABLE):
         kind = name_of(row.type, FORMS[row.form])
         if row.form is Kind.TOPIC:
             kept = quality(row)
@@ -167,7 +167,16 @@ def _in_ros2() -> Iterator[str]:
             yield f"| `{row.name}` | {kind} | {'to' if row.heard else 'from'} the robot | {kept.depth} | {late} |"
         else:
             yield f"| `{row.name}` | {kind} | {row.form.value} | {SERVICE.depth} | no (volatile) |"
+    yield PARAMETERS.format(names=", ".join(f"`{name}`" for name in PARAMETER_SERVICES), node=PROGRAM)
+    yield "| only in ROS 2 | what |"
+    yield "|---|---|"
+    yield from (f"| `{row.name}` | {row.summary} |" for row in ROS2_TABLE)
     yield ""
+
+
+PARAMETERS = """
+The node `/{node}` has parameters, by the services of rcl_interfaces: {names}.
+"""
 
 
 def _asks(row: Row) -> str:

@@ -67,7 +67,7 @@ class SharedRobot:
 
 
 class _Kind(NamedTuple):
-    """What a shared robot is like."""
+    """The properties of a shared robot."""
 
     users: bool
     homed: bool

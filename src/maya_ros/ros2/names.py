@@ -16,6 +16,17 @@ FORMS = {Kind.TOPIC: "msg", Kind.SERVICE: "srv", Kind.ACTION: "action"}
 """The form of definition of each kind of a row."""
 
 
+PARAMETER_SERVICES = {
+    "list_parameters": "ListParameters",
+    "get_parameters": "GetParameters",
+    "get_parameter_types": "GetParameterTypes",
+    "describe_parameters": "DescribeParameters",
+    "set_parameters": "SetParameters",
+    "set_parameters_atomically": "SetParametersAtomically",
+}
+"""The services of a node's parameters, and their types in rcl_interfaces."""
+
+
 class Quality(NamedTuple):
     """The quality of service of a reliable endpoint: how many messages it keeps; with `late`, for later readers too."""
 

@@ -18,16 +18,6 @@ from maya_ros.graph.table import CALL_OPERATION
 from maya_un.errors import InvalidValue, MayaError
 from maya_un.service.configuring import flat
 
-SERVICES = {
-    "list_parameters": "ListParameters",
-    "get_parameters": "GetParameters",
-    "get_parameter_types": "GetParameterTypes",
-    "describe_parameters": "DescribeParameters",
-    "set_parameters": "SetParameters",
-    "set_parameters_atomically": "SetParametersAtomically",
-}
-"""The services of a node's parameters, and their types in rcl_interfaces."""
-
 CONFIG = "config."
 """Begins the names of the settings."""
 
@@ -40,7 +30,7 @@ _FIELDS = {
 _NOT_SET = 0
 _TYPES: Sequence[tuple[type, int]] = ((bool, 1), (int, 2), (float, 3), (str, 4))
 _ARRAYS = 5
-"""What an array adds to the type of its items."""
+"""An array has the type of its items plus this."""
 
 
 class Parameters:
@@ -51,7 +41,7 @@ class Parameters:
         self._sim_time = sim_time
 
     async def answer(self, service: str, request: Message) -> Message:
-        """Answer a request to one of `SERVICES`."""
+        """Answer a request to one of `names.PARAMETER_SERVICES`."""
         match service:
             case "list_parameters":
                 return {"result": _listed(await self._values(), request)}

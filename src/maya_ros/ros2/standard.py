@@ -1,4 +1,4 @@
-"""What ROS 2 expects of any robot: its model and frames, its clock, its log, its parameters, and trajectories."""
+"""The interfaces that ROS 2 expects of any robot: model, frames, clock, log, parameters, and trajectories."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from maya_ros.graph.table import (
 from maya_ros.ros2 import types
 from maya_ros.ros2.dds import DdsGraph, SampleWriter
 from maya_ros.ros2.model import FrameTree
-from maya_ros.ros2.names import quality
-from maya_ros.ros2.parameters import SERVICES, Parameters
+from maya_ros.ros2.names import PARAMETER_SERVICES, quality
+from maya_ros.ros2.parameters import Parameters
 from maya_ros.ros2.server import ActionServer, ServiceServer
 from maya_ros.ros2.trajectory import JointTrajectories
 
@@ -37,7 +37,10 @@ LONGEST = 4096
 
 
 class RobotInterface(NamedTuple):
-    """What is not on the bus: the description (URDF), the check of motions, and whether the clock is scaled."""
+    """The parts of a robot that are not on the bus: its description (URDF) and the check of its motions.
+
+    `scaled` is whether its clock is not real time.
+    """
 
     description: str
     preview: MotionPreviewer
@@ -53,7 +56,7 @@ class StandardInterfaces:
         self._node = bus.node(MODEL)
         self._show(FrameTree(robot.description), robot.description)
         parameters = Parameters(graph, sim_time=robot.scaled)
-        for name, kind in SERVICES.items():
+        for name, kind in PARAMETER_SERVICES.items():
             kinds = types.service_types(f"rcl_interfaces/{kind}")
             server.serve(PROGRAM, f"/{PROGRAM}/{name}", kinds, "", partial(parameters.answer, name))
         if robot.scaled:

@@ -42,7 +42,7 @@ _PATIENCE = 1.0
 
 
 class Timetable(NamedTuple):
-    """Where the joints are to be at which time after the start [s]; `goal_time` is the allowed delay, 0 for any."""
+    """The wanted joints at times after the start [s]; `goal_time` is the allowed delay, 0 for any."""
 
     times: tuple[float, ...]
     places: tuple[Joints, ...]
