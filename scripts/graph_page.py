@@ -34,9 +34,9 @@ If users exist, a client needs a [role](roles.md) that includes the operation of
 MORE = f"""
 In ROS 1, robot_state_publisher makes /tf from `/joint_states` and the parameter `robot_description`. Rosbridge alone
 has neither: to draw the robot, set the joints of [its description](../explanation/the-model.md) by `/joint_states`.
-Markers are published on change, at most {DRAWING_RATE:g} times a second, and in full to each new subscriber. A queue holds a
-number of messages for one reader; beyond that the oldest are dropped. Rates are in the reader's time, even if the
-twin's clock runs faster.
+Markers are published on change, at most {DRAWING_RATE:g} times a second, and in full to each new subscriber.
+A queue holds a number of messages for one reader; beyond that the oldest are dropped. Rates are in the reader's time,
+even if the twin's clock runs faster.
 """
 
 RULES = f"""\

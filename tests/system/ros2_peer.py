@@ -754,7 +754,9 @@ class Commands:
                     continue  # it has gone
                 data = end.qos[Policy.Userdata].data.decode() if Policy.Userdata in end.qos else ""
                 if end.participant_key != self.peer.participant.guid:
-                    found_ends[end.key.bytes.hex()] = [form, end.topic_name, end.type_name, data]
+                    kept = end.qos[Policy.Durability] == Policy.Durability.TransientLocal
+                    sure = isinstance(end.qos[Policy.Reliability], Policy.Reliability.Reliable)
+                    found_ends[end.key.bytes.hex()] = [form, end.topic_name, end.type_name, data, sure, kept]
         return {"nodes": gids, "ends": found_ends}
 
 

@@ -9,7 +9,7 @@ import os
 import random
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import cos, dist, sin
 from pathlib import Path
@@ -19,19 +19,22 @@ import numpy as np
 import pytest
 import requests
 from scipy.spatial.transform import Rotation
+from websockets.sync.client import connect
 
 pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
 from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
-from maya_ros.graph.table import CLOCK, TABLE, Kind
+from maya_ros.graph.table import CLOCK, ROS2_TABLE, TABLE, Kind
 from maya_ros.graph.urdf import BASE, GRIPPER, NAMES
 from maya_ros.ros2 import types
 from maya_ros.ros2.edge import dds_serving
 from maya_un.assembly import Stack
 from maya_un.edges import Ros2Options
 from maya_un.errors import Ros2NotJoined
+from maya_un.events import JobAdvanced
 from maya_un.kinematics import Floats
+from maya_un.schema.jobs import JobLine, JobReport
 from maya_un.values import Joints, Point
 from tests.campaign import Campaign
 from tests.description import Tree
@@ -202,19 +205,21 @@ def test_the_graph_names_nodes_types_and_hashes(peer: Stranger) -> None:
     assert {"/hw_simulator", "/robot_controller", "/process_controller", "/firebase_bridge"} <= graph["nodes"].keys()
     known = {end for node in graph["nodes"].values() for end in node}
     ours = {key: end for key, end in ends.items() if key in known}
-    seen = {(form, topic): (type_, data) for form, topic, type_, data in ours.values()}
-    for row in TABLE:
+    seen = {(form, topic): told for form, topic, *told in ours.values()}
+    for row in (*TABLE, *ROS2_TABLE):
+        late = False
         match row.form:
             case Kind.TOPIC:
-                kind = types.message_type(row.type)
-                type_, data = seen["reader" if row.heard else "writer", f"rt{row.name}"]
+                kind, late = types.message_type(row.type), row.latch
+                type_, data, *quality = seen["reader" if row.heard else "writer", f"rt{row.name}"]
             case Kind.SERVICE:
                 kind = types.service_types(row.type)[0]
-                type_, data = seen["reader", f"rq{row.name}Request"]
+                type_, data, *quality = seen["reader", f"rq{row.name}Request"]
                 assert "serviceid=" in data
             case Kind.ACTION:
                 kind = types.action_types(row.type).send_goal[0]
-                type_, data = seen["reader", f"rq{row.name}/_action/send_goalRequest"]
+                type_, data, *quality = seen["reader", f"rq{row.name}/_action/send_goalRequest"]
+        assert quality == [True, late], row.name  # reliable, and whether later readers get the last message
         package, form, own = kind.name.split("/")
         assert type_ == f"{package}::{form}::dds_::{own}_"
         assert f"typehash={kind.hash};" in data
@@ -488,6 +493,74 @@ def test_the_log_is_on_rosout(peer: Stranger, robot: SharedRobot) -> None:
         return any(one["msg"] == "a sentence of the test" and one["level"] == logging.WARNING for one in said)
 
     eventually(told, "the sentence on /rosout")
+
+
+def test_a_foreign_tool_lists_the_topics_with_their_types(domain: int, robot: SharedRobot) -> None:
+    """Use the command line of the library, which reads types by XTypes and knows nothing of ROS."""
+    tool = [Path(sys.executable).with_name("cyclonedds")]
+    wide = {**os.environ, "COLUMNS": "250", "TERM": "dumb"}
+
+    def said(*words: str) -> str:
+        command = [*tool, *words, "-i", str(domain), "--suppress-progress-bar"]
+        return subprocess.run(command, env=wide, capture_output=True, text=True, check=True).stdout
+
+    listed = said("ls", "-r", "2s")
+    for row in (*TABLE, *ROS2_TABLE):
+        if row.form is Kind.TOPIC:
+            assert f"rt{row.name}" in listed
+            package, form, own = types.message_type(row.type).name.split("/")
+            assert f"{package}::{form}::dds_::{own}_" in listed
+    point = said("typeof", "rt/maya_position")
+    assert "struct Point_" in point
+    assert all(f"double {axis};" in point for axis in "xyz")
+
+
+def waiting(robot: SharedRobot) -> Sequence[JobLine]:
+    """Return the jobs that wait in the queue."""
+
+    async def looked(stack: Stack) -> Sequence[JobLine]:
+        return stack.service.queue.view().waiting
+
+    return robot.do(looked)
+
+
+@pytest.mark.waits("motions of a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+def test_one_robot_serves_ros_2_rosbridge_and_http_in_turn(peer: Stranger, robot: SharedRobot) -> None:
+    places = (HERE, THERE, HERE)
+    requests.post(f"{robot.url}/v1/queue/pause", json={"when": "now"}, timeout=30.0).raise_for_status()
+    before = len(waiting(robot))
+    peer.ask("publish", topic="/send_task", task={"command": "approach", "target": places[0]})
+    eventually(lambda: len(waiting(robot)) == before + 1, "the job of ROS 2")
+    with connect(robot.rosbridge) as bridge:
+        task = {"command": "approach", "target": dict(zip("xyz", places[1], strict=True)), "open": False}
+        for said in ({"op": "advertise", "topic": "/send_task", "type": "maya_robot/MayaPrimitive"},
+                     {"op": "publish", "topic": "/send_task", "msg": task}):  # fmt: skip
+            bridge.send(json.dumps(said))
+        eventually(lambda: len(waiting(robot)) == before + 2, "the job of rosbridge")
+    job = {"name": "by HTTP", "steps": [{"approach": places[2]}]}
+    requests.post(f"{robot.url}/v1/jobs", json=job, timeout=30.0).raise_for_status()
+    jobs = waiting(robot)[before:]
+    assert len(jobs) == len(places)
+    requests.post(f"{robot.url}/v1/queue/resume", timeout=30.0).raise_for_status()
+
+    def reports() -> list[JobReport]:
+        return [robot.do(lambda stack, number=line.id: stack.service.job(number)) for line in jobs]
+
+    eventually(lambda: all(report.state.ended for report in reports()), "the end of the jobs")
+    ended = reports()
+    assert [(report.state.value, report.message) for report in ended] == [("done", "")] * 3
+    ids = [report.id for report in ended]
+    begun_and_done = [event for event in robot.do(changes) if event.job in ids and event.state in {"running", "done"}]
+    order = [(event.job, event.state) for event in begun_and_done]
+    assert len(order) == 2 * len(ids)
+    assert [(job, "done") for job, state in order[::2] if state == "running"] == order[1::2]  # one after the other
+    last = dict(zip(ids, places, strict=True))[order[-1][0]]
+    assert at(robot, last)
+
+
+async def changes(stack: Stack) -> list[JobAdvanced]:
+    """Return the changes of jobs, in order."""
+    return [event for event in stack.controller.events.since(0) if isinstance(event, JobAdvanced)]
 
 
 def test_names_can_be_others(domain: int, tmp_path: Path) -> None:

@@ -52,3 +52,11 @@ def test_a_domain_or_namespace_that_cannot_be_is_named(
         ros2_of(namespace)
     monkeypatch.setenv("ROS_DOMAIN_ID", "")
     assert ros2_of("lab/left") == Ros2Options(0, "lab/left")
+
+
+def test_names_of_ros_2_can_be_others() -> None:
+    found = ros2_of("left", ["/maya_event:=/events", "task:=work"])
+    assert found.remappings == {"/maya_event": "/events", "/task": "work"}
+    for wrong in ("/task", "/task:=", "/task:=a b", ":=/x", "/task:=/1x", "a" * 40 + "!:=b"):
+        with pytest.raises(InvalidValue, match="--ros-remap"):
+            ros2_of("", [wrong])
