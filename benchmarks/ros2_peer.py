@@ -22,21 +22,33 @@ from tests.system import ros2_peer as stranger
 
 KINDS = (stranger.TriggerRequest, stranger.TriggerResponse)
 
+ASKED: dict[str, tuple[tuple[Any, Any], dict[str, Any]]] = {
+    "/bench/empty": (KINDS, {}),
+    "/controller/recover": (KINDS, {}),
+    "/maya_command": (
+        (stranger.CommandRequest, stranger.CommandResponse),
+        {"task": stranger.primitive({"command": "can_teleop"})},
+    ),
+}
+"""The types of each service, and the request to it."""
+
 
 def calls(peer: stranger.Peer) -> None:
     """Time calls; the client waits for an answer as rmw_cyclonedds does."""
     for line in sys.stdin:
         count, service = line.split()
-        peer.call(service, KINDS)
+        kinds, request = ASKED[service]
+        peer.call(service, kinds, **request)
         print(median(_timed(peer, service) for _ in range(int(count))), flush=True)
 
 
 def _timed(peer: stranger.Peer, service: str) -> float:
+    (kind, _), request = ASKED[service]
     writer, reader = peer.client(service)
     ready = WaitSet(peer.participant)
     ready.attach(ReadCondition(reader, SampleState.Any | ViewState.Any | InstanceState.Any))
     start = time.perf_counter()
-    writer.write(stranger.TriggerRequest(guid=os.getpid(), seq=0))
+    writer.write(kind(guid=os.getpid(), seq=0, **request))
     while not reader.take(1):
         ready.wait(duration(seconds=10))
     return time.perf_counter() - start
