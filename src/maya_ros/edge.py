@@ -60,7 +60,7 @@ async def in_ros2(
         description = await asyncio.to_thread(urdf.describe, stack.config)
     except ImportError as missing:
         raise Ros2Missing(name=str(missing.name)) from missing
-    robot = RobotInterface(description, stack.controller.preview, scaled)
+    robot = RobotInterface(description, stack.controller.preview, lambda: stack.controller.state.joints, scaled)
     async with _signed_in(bridge) as guest, dds_serving(bus, guest, options, robot):
         yield
 

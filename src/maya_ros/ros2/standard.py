@@ -31,19 +31,21 @@ from maya_ros.ros2.names import PARAMETER_SERVICES, quality
 from maya_ros.ros2.parameters import Parameters
 from maya_ros.ros2.server import ActionServer, ServiceServer
 from maya_ros.ros2.trajectory import JointTrajectories
+from maya_un.values import Joints
 
 LONGEST = 4096
 """Longest text of a message in the log [characters]."""
 
 
 class RobotInterface(NamedTuple):
-    """The parts of a robot that are not on the bus: its description (URDF) and the check of its motions.
+    """The parts of a robot that are not on the bus: its description (URDF), the check of its motions, and its joints.
 
-    `scaled` is whether its clock is not real time.
+    `joints` returns them as they are now, None before homing. `scaled` is whether its clock is not real time.
     """
 
     description: str
     preview: MotionPreviewer
+    joints: Callable[[], Joints | None]
     scaled: bool
 
 
@@ -61,7 +63,9 @@ class StandardInterfaces:
             server.serve(PROGRAM, f"/{PROGRAM}/{name}", kinds, "", partial(parameters.answer, name))
         if robot.scaled:
             server.spawn(self._tick(self._publisher(CLOCK)))
-        self._trajectories = JointTrajectories(graph, self._node, robot.preview, lambda: in_seconds(bus.now()))
+        self._trajectories = JointTrajectories(
+            graph, self._node, robot.preview, robot.joints, lambda: in_seconds(bus.now())
+        )
         node = bus.actions[FOLLOW.name].node.name.strip("/")
         ActionServer(server, FOLLOW_JOINTS, node, dds, self._trajectories.carry_out)
         self._log = RosoutHandler(self._publisher(ROSOUT), bus.now)

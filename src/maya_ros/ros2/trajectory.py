@@ -34,12 +34,6 @@ Tolerances = tuple[float, float, float]
 _LOOK = 0.02
 """Time between two looks at the clock while a start is awaited [s]."""
 
-_OLD = 3
-"""So many messages of joints may still have been measured before a motion ended."""
-
-_PATIENCE = 1.0
-"""Longest wait for a message of joints [s]."""
-
 
 class Timetable(NamedTuple):
     """The wanted joints at times after the start [s]; `goal_time` is the allowed delay, 0 for any."""
@@ -68,13 +62,23 @@ class _Violation(NamedTuple):
 
 
 class JointTrajectories:
-    """Carries out goals on `graph`; `own` is the robot's own graph, `now` returns the time of its stamps [s]."""
+    """Carries out goals on `graph`; `own` is the robot's own graph, `now` returns the time of its stamps [s].
 
-    def __init__(self, graph: Graph, own: Graph, preview: MotionPreviewer, now: Callable[[], float]) -> None:
+    `joints` returns where the robot is now, None before homing.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        own: Graph,
+        preview: MotionPreviewer,
+        joints: Callable[[], Joints | None],
+        now: Callable[[], float],
+    ) -> None:
         self._graph = graph
         self._preview = preview
+        self._joints = joints
         self._now = now
-        self._joints: Joints | None = None
         self._heard: list[Callable[[], None]] = []
         self._states = own.subscribe(JOINTS.name, JOINTS.type, self._hear, queue_size=1)
 
@@ -126,26 +130,11 @@ class JointTrajectories:
             self._heard.remove(look)
         if found:
             return _aborted(*found[0])
-        if ended.outcome is GoalStatus.SUCCEEDED and any(table.goal_tolerance):
-            await self._news()
         return self._ended(table, ended)
-
-    async def _news(self) -> None:
-        """Wait for joints that were measured after the end of a motion; the first that come may be older."""
-        for _ in range(_OLD):
-            came = asyncio.Event()
-            self._heard.append(came.set)
-            try:
-                async with asyncio.timeout(_PATIENCE):
-                    await came.wait()
-            except TimeoutError:  # the link is lost: the last known joints decide
-                return
-            finally:
-                self._heard.remove(came.set)
 
     def _ended(self, table: Timetable, ended: GoalResult) -> GoalResult:
         if ended.outcome is GoalStatus.SUCCEEDED:
-            missed = _missed(self._joints, table.places[-1], table.goal_tolerance)
+            missed = _missed(self._joints(), table.places[-1], table.goal_tolerance)
             return _aborted(GOAL_TOLERANCE_VIOLATED, missed) if missed else GoalResult(ended.outcome, {})
         error = error_of(ended.result, FOLLOW.name)
         reason = "" if error is None else f"{error.code}: {error}"
@@ -158,19 +147,17 @@ class JointTrajectories:
         if table.goal_time and time > table.times[-1] + table.goal_time:
             late = f"not at the end {table.goal_time:g} s after the time of the last point"
             return _Violation(GOAL_TOLERANCE_VIOLATED, late)
-        missed = _missed(self._joints, table.at(time), table.path_tolerance)
+        missed = _missed(self._joints(), table.at(time), table.path_tolerance)
         return _Violation(PATH_TOLERANCE_VIOLATED, missed) if missed else None
 
-    def _hear(self, message: Message) -> None:
-        places = dict(zip(message["name"], message["position"], strict=True))
-        self._joints = Joints(*(places[axis] for axis in NAMES[Space.JOINT]))
+    def _hear(self, _: Message) -> None:
         for look in tuple(self._heard):
             look()
 
     def _told(self, table: Timetable, time: float) -> Message:
         """Return control_msgs/FollowJointTrajectory_Feedback."""
         wanted = table.at(time)
-        actual = wanted if self._joints is None else self._joints
+        actual = self._joints() or wanted
         error = [x - y for x, y in zip(wanted, actual, strict=True)]
         when = stamp(time)
         return {
@@ -183,7 +170,8 @@ class JointTrajectories:
 
     def _table(self, goal: Message) -> Timetable:
         """Check a goal. Raises `InvalidMessage`, `InvalidValue`, `TrajectoryRefused`, `NotHomed`, `Unreachable`."""
-        if self._joints is None:
+        joints = self._joints()
+        if joints is None:
             raise NotHomed()
         _require_supported(goal)
         trajectory: Message = goal["trajectory"]
@@ -197,7 +185,7 @@ class JointTrajectories:
         times: tuple[float, ...] = tuple(in_seconds(point["time_from_start"]) for point in points)
         _require_growing(times)
         if times[0] > 0.0:
-            here: Message = {"positions": [self._joints["abc".index(name)] for name in names], "effort": []}
+            here: Message = {"positions": [joints["abc".index(name)] for name in names], "effort": []}
             points, times = [here, *points], (0.0, *times)
         path, _ = path_from_message({"joint_names": names, "points": points})
         table = Timetable(
