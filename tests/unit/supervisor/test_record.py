@@ -1,12 +1,21 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import cast
 
 import pytest
 
-from maya_un.errors import FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
+from maya_un.errors import DecisionNeeded, FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
 from maya_un.steps.text import StepEnd
-from maya_un.supervisor.process import FailureDecision, FleetProcess, ProcessStep, ProcessStepState, recorded
+from maya_un.supervisor.lab import Supervisor
+from maya_un.supervisor.process import (
+    FailureDecision,
+    FleetProcess,
+    FleetProcessRunner,
+    ProcessStep,
+    ProcessStepState,
+    recorded,
+)
 
 PROCESS = FleetProcess("p", {id_: ProcessStep(id_, "MAYA", "home", {}) for id_ in "abc"})
 DONE = StepEnd("1", None, None, "x", "y")
@@ -52,6 +61,17 @@ def test_aborted_process_stays_aborted_until_a_restart(tmp_path: Path) -> None:
         record.require_not_aborted()
     with recorded(path, PROCESS, again=True) as record:
         record.require_not_aborted()
+
+
+async def test_a_failed_step_that_nobody_has_decided_about_sends_nothing_and_is_named(tmp_path: Path) -> None:
+    with recorded(tmp_path / "state", PROCESS) as record:
+        for id_, result in (("a", DONE), ("b", FAILED), ("c", DONE)):
+            record.sent(id_, id_, "text")
+            record.ended(id_, result)
+        nobody = cast("Supervisor", None)  # a step that is sent would fail here
+        with pytest.raises(DecisionNeeded, match=r"Step b of MAYA failed \(2101\): too far .*--retry b") as needed:
+            await FleetProcessRunner(record, nobody).run()
+    assert needed.value.code == 4047
 
 
 def test_a_record_belongs_to_its_process_and_to_one_program(tmp_path: Path) -> None:
