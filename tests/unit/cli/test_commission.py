@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import io
 import json
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -157,9 +157,13 @@ def test_the_page_lists_the_declared_steps() -> None:
 
 
 def asked(question: Question, typed: str, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Return the answer of a person who types lines at the terminal."""
-    monkeypatch.setattr(sys, "stdin", io.StringIO(typed))
-    return asyncio.run(TerminalPerson(OutputSettings()).ask(question))
+    """Return the answer of a person whose lines come through a pipe."""
+    read, write = os.pipe()
+    os.write(write, typed.encode())
+    os.close(write)
+    with os.fdopen(read, "rb") as keyboard:
+        monkeypatch.setattr(sys, "stdin", keyboard)
+        return asyncio.run(TerminalPerson(OutputSettings()).ask(question))
 
 
 CHOICES = (PossibleAnswer("go", "Enter: go on"), PossibleAnswer("skip", "s: skip this step"))
@@ -187,46 +191,117 @@ def test_a_person_at_the_terminal_answers_by_letter_or_number(
     assert asked(question, typed, monkeypatch) == answer
 
 
-def test_at_a_terminal_a_person_says_whether_a_step_may_begin(folder: Path) -> None:
+CHOICE = "[Enter: go on | s: skip this step | q: quit; a later `maya commission` continues here]"
+"""The choices of the question whether a step may begin."""
+
+
+MAYA = (sys.executable, "-m", "maya_un.cli.main")
+
+
+def own(folder: Path) -> dict[str, str]:
+    """Return an environment in which all files of the commands are in a folder."""
+    return {**os.environ, "MAYA_STATE_DIR": str(folder), "MAYA_RUNTIME_DIR": str(folder)}
+
+
+class Terminal(NamedTuple):
+    """A rehearsal at a terminal: what it shows, and the keyboard."""
+
+    running: subprocess.Popen[str]
+    keyboard: int
+
+    def until(self, text: str) -> list[str]:
+        """Return the lines up to the one that contains a text."""
+        assert self.running.stdout is not None
+        lines: list[str] = []
+        for line in self.running.stdout:
+            lines.append(line)
+            if text in line:
+                return lines
+        raise AssertionError(f"never showed {text!r}, but:\n{''.join(lines)}")
+
+    def enter(self, line: str) -> None:
+        """Type a line."""
+        os.write(self.keyboard, f"{line}\n".encode())
+
+    def end(self) -> tuple[int, str]:
+        """Return the exit code, and the rest of what shows."""
+        assert self.running.stdout is not None
+        rest = self.running.stdout.read()
+        return self.running.wait(), rest
+
+
+@contextmanager
+def terminal(folder: Path, words: Sequence[str], typed: str = "") -> Iterator[Terminal]:
+    """Run a command at a terminal at which lines were typed before it starts."""
     ours, theirs = os.openpty()
-    command = [sys.executable, "-m", "maya_un.cli.main", "commission", "--address", "sim", "--speed", "1000"]
-    environment = {**os.environ, "MAYA_STATE_DIR": str(folder)}
-    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, env=environment, text=True) as running:
+    os.write(ours, typed.encode())
+    command = [*MAYA, *words]
+    with subprocess.Popen(command, stdin=theirs, stdout=subprocess.PIPE, env=own(folder), text=True) as running:
         os.close(theirs)
-        os.write(ours, b"\n\nq\n")
-        assert running.stdout is not None
-        shown = running.stdout.read()
-        assert running.wait() == output.FAILED
-    os.close(ours)
-    assert shown.count("[Enter: go on | s: skip this step | q: quit; a later `maya commission` continues here]") == 3
-    steps = json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"]
-    assert {key: one["state"] for key, one in steps.items()} == {
-        "connection": "passed",
-        "stop": "passed",
-        "limits": "interrupted",
-    }
+        try:
+            yield Terminal(running, ours)
+        finally:
+            running.kill()
+            os.close(ours)
+
+
+REHEARSAL = ("commission", "--address", "sim", "--speed", "1000")
+
+
+def test_at_a_terminal_a_person_says_whether_a_step_may_begin(folder: Path) -> None:
+    with terminal(folder, (*REHEARSAL, "--report", str(folder / "report.md"))) as person:
+        for line in ("", "", "q"):
+            person.until(CHOICE)
+            person.enter(line)
+        assert person.end()[0] == output.FAILED
+    rows = (folder / "report.md").read_text(encoding="utf-8").splitlines()
+    states = [row.split("|")[2].strip() for row in rows if row.startswith("| ")][1:]
+    assert states == ["passed", "passed", "interrupted", *["not begun"] * (len(STEPS) - 3)]
+
+
+def test_enters_that_were_typed_before_a_question_begin_no_step(folder: Path) -> None:
+    with terminal(folder, REHEARSAL, typed="\n" * 40) as person:
+        person.until(CHOICE)
+        person.enter("\n\n\n")  # the first is the answer; the others come before the next question
+        assert "--- Emergency stop\n" in person.until(CHOICE)
+        person.enter("q")
+        assert person.end()[1].count(CHOICE) == 0
+
+
+def test_enters_that_were_typed_before_it_say_nothing_about_the_emergency_stop(folder: Path) -> None:
+    with served(folder) as address, terminal(folder, ("commission", "--address", address)) as person:
+        for _ in range(2):
+            person.until(CHOICE)
+            person.enter("\n\n\n\n\n")
+        person.until("[Enter: done]")
+        person.enter("q")
+        assert "[Enter: done]" not in person.end()[1]
+
+
+@contextmanager
+def served(folder: Path) -> Iterator[str]:
+    """Yield the address of a twin in the network."""
+    serving = [*MAYA, "dmc", "serve", "--port", "0"]
+    with subprocess.Popen(serving, stdout=subprocess.PIPE, env=own(folder), text=True) as twin:
+        try:
+            assert twin.stdout is not None
+            yield twin.stdout.readline().strip()
+        finally:
+            twin.terminate()
 
 
 def test_a_controller_in_the_network_is_commissioned_by_a_person_at_the_terminal(folder: Path) -> None:
-    maya = [sys.executable, "-m", "maya_un.cli.main"]
-    environment = {**os.environ, "MAYA_STATE_DIR": str(folder), "MAYA_RUNTIME_DIR": str(folder)}
-    serving = [*maya, "dmc", "serve", "--port", "0"]
-    with subprocess.Popen(serving, stdout=subprocess.PIPE, env=environment, text=True) as twin:
-        try:
-            assert twin.stdout is not None
-            address = twin.stdout.readline().strip()
-            # connect, skip the emergency stop and the switches, look at the gripper; no axis may move then
-            typed = "\ns\ns\n\no\nc\n"
-            ended = subprocess.run(
-                [*maya, "commission", "--address", address],
-                input=typed,
-                capture_output=True,
-                env=environment,
-                text=True,
-                check=False,
-            )
-        finally:
-            twin.terminate()
+    # connect, skip the emergency stop and the switches, look at the gripper; no axis may move then
+    typed = "\ns\ns\n\no\nc\n"
+    with served(folder) as address:
+        ended = subprocess.run(
+            [*MAYA, "commission", "--address", address],
+            input=typed,
+            capture_output=True,
+            env=own(folder),
+            text=True,
+            check=False,
+        )
     assert ended.returncode == output.FAILED, ended.stderr
     found = json.loads((folder / FILE).read_text(encoding="utf-8"))
     assert found["address"] == address
