@@ -19,11 +19,9 @@ from maya_un.values import AXES
 
 _LINK = (ConnectFailed, LinkLost, LinkTimeout, NotConnected)
 
-_READY = (
-    PossibleAnswer(GO, phrase("Enter: go on")),
-    PossibleAnswer(SKIP, phrase("s: skip this step")),
-    PossibleAnswer(QUIT, phrase("q: quit; a later `maya commission` continues here")),
-)
+_READY = (PossibleAnswer(GO, phrase("Enter: go on")), PossibleAnswer(SKIP, phrase("s: skip this step")))
+_QUIT = PossibleAnswer(QUIT, phrase("q: quit"))
+_QUIT_FOR_NOW = PossibleAnswer(QUIT, phrase("q: quit; a later `maya commission` continues here"))
 
 
 class SkippedByPerson(Exception):
@@ -194,7 +192,8 @@ class Commissioning:
         """Announce what happens next, and how far axes move at most; raises `SkippedByPerson` and `QuitByPerson`."""
         part = key.split(".")[1]
         axis = AXES.index(part) if part in AXES else None
-        if await self.ask(Question(key, QuestionKind.READY, text, _READY, axis, most=most or {})) == SKIP:
+        choices = (*_READY, _QUIT_FOR_NOW if self.progress.kept else _QUIT)
+        if await self.ask(Question(key, QuestionKind.READY, text, choices, axis, most=most or {})) == SKIP:
             raise SkippedByPerson
 
     async def ask(self, question: Question) -> str:

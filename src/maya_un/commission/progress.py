@@ -66,6 +66,16 @@ class CommissioningProgress:
             return cls(address, path)  # no file, or one that this version does not know: begin again
         return found
 
+    @property
+    def kept(self) -> bool:
+        """Whether the results are stored, so that a later program continues."""
+        return self.path is not None
+
+    @property
+    def has_mistakes(self) -> bool:
+        """Whether a step has found a mistake that a person must remove."""
+        return any(one.state is CheckState.FAILED for one in self.results.values())
+
     def done(self, key: str) -> bool:
         """Return whether a step need not be repeated."""
         return key in self.results and self.results[key].state.done

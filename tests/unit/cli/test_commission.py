@@ -52,17 +52,44 @@ def run(words: Sequence[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, 
     return code, json.loads(capsys.readouterr().out)
 
 
-def test_an_interrupted_commissioning_continues(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    code, found = run(answers(folder, limits_ready="quit"), capsys)
-    assert code == output.FAILED
-    assert {key: one["state"] for key, one in found["steps"].items()} == {
-        "connection": "passed",
-        "stop": "passed",
-        "limits": "interrupted",
-    }
-    code, found = run(answers(folder, gripper_ready="quit"), capsys)
-    assert [key for key, one in found["steps"].items() if one["state"] == "passed"] == ["connection", "stop", "limits"]
-    assert main([*answers(folder, connection_ready="quit"), "--restart"]) == output.FAILED
+def states(report: Path) -> dict[str, str]:
+    """Return the results in a report, by the key of the step."""
+    rows = [row for row in report.read_text(encoding="utf-8").splitlines() if row.startswith("| ")]
+    return {step.key: row.split("|")[2].strip() for step, row in zip(STEPS, rows[1:], strict=True)}
+
+
+def test_a_rehearsal_begins_with_the_first_step_and_stores_nothing(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real = {"address": "192.0.2.1", "steps": {}, "changes": {}}
+    (folder / FILE).write_text(json.dumps(real), encoding="utf-8")
+    for _ in range(2):
+        code, found = run(answers(folder, limits_ready="quit"), capsys)
+        assert code == output.FAILED
+        assert {key: one["state"] for key, one in found["steps"].items()} == {
+            "connection": "passed",
+            "stop": "passed",
+            "limits": "interrupted",
+        }
+    assert json.loads((folder / FILE).read_text(encoding="utf-8")) == real
+
+
+def test_a_rehearsal_does_not_promise_to_continue(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(answers(folder, limits_ready="quit")) == output.FAILED
+    shown = capsys.readouterr().out
+    assert shown.endswith("Not complete. A rehearsal always begins with the first step.\n")
+    assert "continue" not in shown
+
+
+def test_an_interrupted_commissioning_continues(folder: Path) -> None:
+    with served(folder) as address:
+        first = typed_ahead(folder, address, LOOKED)
+        assert first.count(": passed before.") == 0
+        second = typed_ahead(folder, address, "q\n")
+        assert [line for line in second.splitlines() if "passed before" in line] == ["Controller: passed before."]
+        assert second.endswith("Not complete. Run `maya commission` again to continue.\n")
+        again = typed_ahead(folder, address, "q\n", "--restart")
+        assert "passed before" not in again
     assert json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"].keys() == {"connection"}
 
 
@@ -123,11 +150,10 @@ def test_answers_are_for_the_twin(folder: Path, capsys: pytest.CaptureFixture[st
     assert found["error"]["code"] == 4008
 
 
-def test_ctrl_c_ends_the_command_and_keeps_its_results(folder: Path) -> None:
-    command = [sys.executable, "-m", "maya_un.cli.main", "commission", "--address", "sim", "--speed", "5"]
-    environment = {**os.environ, "MAYA_STATE_DIR": str(folder)}
+def test_ctrl_c_ends_the_command_and_reports_its_results(folder: Path) -> None:
+    command = [*MAYA, "commission", "--address", "sim", "--speed", "5", "--report", str(folder / "report.md")]
     with subprocess.Popen(
-        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, env=environment, text=True
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, env=own(folder), text=True
     ) as running:
         assert running.stdout is not None
         for line in running.stdout:
@@ -136,9 +162,9 @@ def test_ctrl_c_ends_the_command_and_keeps_its_results(folder: Path) -> None:
                 break
         rest = running.stdout.read()
         assert running.wait() == output.INTERRUPTED
-    assert "Stopped." in rest
-    steps = json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"]
-    assert (steps["travel.a"]["state"], steps["travel.b"]["state"]) == ("passed", "interrupted")
+    assert "Stopped. A rehearsal always begins with the first step." in rest
+    found = states(folder / "report.md")
+    assert (found["travel.a"], found["travel.b"]) == ("passed", "interrupted")
 
 
 def test_the_page_lists_the_declared_steps() -> None:
@@ -191,7 +217,7 @@ def test_a_person_at_the_terminal_answers_by_letter_or_number(
     assert asked(question, typed, monkeypatch) == answer
 
 
-CHOICE = "[Enter: go on | s: skip this step | q: quit; a later `maya commission` continues here]"
+CHOICE = "[Enter: go on | s: skip this step | q: quit"
 """The choices of the question whether a step may begin."""
 
 
@@ -254,9 +280,8 @@ def test_at_a_terminal_a_person_says_whether_a_step_may_begin(folder: Path) -> N
             person.until(CHOICE)
             person.enter(line)
         assert person.end()[0] == output.FAILED
-    rows = (folder / "report.md").read_text(encoding="utf-8").splitlines()
-    states = [row.split("|")[2].strip() for row in rows if row.startswith("| ")][1:]
-    assert states == ["passed", "passed", "interrupted", *["not begun"] * (len(STEPS) - 3)]
+    found = list(states(folder / "report.md").values())
+    assert found == ["passed", "passed", "interrupted", *["not begun"] * (len(STEPS) - 3)]
 
 
 def test_enters_that_were_typed_before_a_question_begin_no_step(folder: Path) -> None:
@@ -290,23 +315,25 @@ def served(folder: Path) -> Iterator[str]:
             twin.terminate()
 
 
-def test_a_controller_in_the_network_is_commissioned_by_a_person_at_the_terminal(folder: Path) -> None:
-    # connect, skip the emergency stop and the switches, look at the gripper; no axis may move then
-    typed = "\ns\ns\n\no\nc\n"
-    with served(folder) as address:
-        ended = subprocess.run(
-            [*MAYA, "commission", "--address", address],
-            input=typed,
-            capture_output=True,
-            env=own(folder),
-            text=True,
-            check=False,
-        )
+LOOKED = "\ns\ns\n\no\nc\n"
+"""Connects, skips the emergency stop and the switches, and looks at the gripper; no axis may move then."""
+
+
+def typed_ahead(folder: Path, address: str, lines: str, *words: str) -> str:
+    """Commission a controller with lines from a pipe, and return what shows; fails if all steps have passed."""
+    command = [*MAYA, "commission", "--address", address, *words]
+    ended = subprocess.run(command, input=lines, capture_output=True, env=own(folder), text=True, check=False)
     assert ended.returncode == output.FAILED, ended.stderr
+    return ended.stdout
+
+
+def test_a_controller_in_the_network_is_commissioned_by_a_person_at_the_terminal(folder: Path) -> None:
+    with served(folder) as address:
+        shown = typed_ahead(folder, address, LOOKED)
     found = json.loads((folder / FILE).read_text(encoding="utf-8"))
     assert found["address"] == address
     states = {key: one["state"] for key, one in found["steps"].items()}
     assert (states["connection"], states["gripper"]) == ("passed", "passed")
     assert {states[key] for key in ("stop", "limits")} == {"skipped"}
     assert {states[step.key] for step in STEPS[4:]} == {"blocked"}
-    assert "| Gripper | passed | output 1, closed_by clear |" in ended.stdout
+    assert "| Gripper | passed | output 1, closed_by clear |" in shown

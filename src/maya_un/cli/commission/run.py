@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from dmc41x3.address import SIM
 from dmc41x3.cli.signals import on_end
 from dmc41x3.files import write
-from dmc41x3.i18n import phrase, translate, translate_phrase
+from dmc41x3.i18n import marked, phrase, translate, translate_phrase
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.wire.transport import Transport
 from maya_un.assembly import make_twin, patient, to_controller
@@ -58,7 +58,7 @@ def commission(options: CommissionOptions, settings: OutputSettings) -> int:
         address, "maya commission", seed=options.seed, truth=options.truth, answers=options.answers, speed=options.speed
     )
     factor = clock_factor(options.speed, address)
-    path = own_state_folder() / FILE
+    path = None if address == SIM else own_state_folder() / FILE
     progress = CommissioningProgress(address, path)
     if not options.restart:
         progress = CommissioningProgress.stored(path, address)
@@ -91,7 +91,11 @@ async def _carried_out(
             try:
                 complete = await task
             except asyncio.CancelledError:
-                shown.tell(phrase("Stopped. Run `maya commission` again to continue."))
+                shown.tell(
+                    phrase("Stopped. Run `maya commission` again to continue.")
+                    if progress.kept
+                    else phrase("Stopped. A rehearsal always begins with the first step.")
+                )
                 return _Ended(complete=False, interrupted=True)
         if not progress.changes:
             return _Ended(complete, interrupted=False)
@@ -154,8 +158,17 @@ def _concluded(
     if ended.interrupted:
         return output.INTERRUPTED
     if not ended.complete and not settings.json:
-        output.say(translate("Not complete. Remove the mistakes, then run `maya commission` again.", language))
+        output.say(translate(_missing(progress), language))
     return output.DONE if ended.complete else output.FAILED
+
+
+def _missing(progress: CommissioningProgress) -> str:
+    """Return the advice after a commissioning that is not complete, in English."""
+    if progress.has_mistakes:
+        return marked("Not complete. Remove the mistakes, then run `maya commission` again.")
+    if progress.kept:
+        return marked("Not complete. Run `maya commission` again to continue.")
+    return marked("Not complete. A rehearsal always begins with the first step.")
 
 
 @asynccontextmanager
