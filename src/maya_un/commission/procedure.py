@@ -28,6 +28,10 @@ class SkippedByPerson(Exception):
     """The person skips the step."""
 
 
+class LeftToPerson(Exception):
+    """A person does later what the step would do: the machine cannot do it."""
+
+
 class QuitByPerson(Exception):
     """The person ends the commissioning for now."""
 
@@ -113,6 +117,8 @@ class Commissioning:
         except SkippedByPerson:
             await self._calm()
             self._result.state = CheckState.SKIPPED
+        except LeftToPerson:
+            self._result.state = CheckState.LEFT_TO_PERSON
         except _LINK as error:
             self._note(error)
             raise

@@ -23,13 +23,14 @@ class CheckState(StrEnum):
     CORRECTED = "corrected"
     FAILED = "failed"
     SKIPPED = "skipped"
+    LEFT_TO_PERSON = "left_to_person"
     BLOCKED = "blocked"
     INTERRUPTED = "interrupted"
 
     @property
     def done(self) -> bool:
         """Whether the step need not be repeated."""
-        return self in {CheckState.PASSED, CheckState.CORRECTED}
+        return self in {CheckState.PASSED, CheckState.CORRECTED, CheckState.LEFT_TO_PERSON}
 
 
 @dataclass(slots=True)
@@ -108,6 +109,7 @@ _STATES: Mapping[CheckState, str] = {
     CheckState.CORRECTED: marked("passed after a correction of the configuration"),
     CheckState.FAILED: marked("failed"),
     CheckState.SKIPPED: marked("skipped"),
+    CheckState.LEFT_TO_PERSON: marked("skipped: a person gives the datum"),
     CheckState.BLOCKED: marked("waits for other steps"),
     CheckState.INTERRUPTED: marked("interrupted"),
 }

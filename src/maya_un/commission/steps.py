@@ -11,7 +11,7 @@ from dmc41x3.i18n import PHRASE, Phrase, marked, phrase
 from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
-from maya_un.commission.procedure import Commissioning, CommissioningStep, SkippedByPerson
+from maya_un.commission.procedure import Commissioning, CommissioningStep, LeftToPerson, SkippedByPerson
 from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, PossibleAnswer, Question, QuestionKind
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
@@ -423,7 +423,7 @@ async def _home(s: Commissioning) -> None:
                 reason=s.config.person_needed,
             )
         )
-        return
+        raise LeftToPerson
     bounds = dict.fromkeys(range(3), inf)
     await s.ready(
         "home.ready",
@@ -458,14 +458,18 @@ STROKE_DIFFERS = 0.002
 
 
 async def _calibration(s: Commissioning) -> None:
-    await s.ready(
-        "calibration.ready",
-        phrase(
-            "Nothing moves. The machine is homed and can work. To make it exact, start `maya up --address real`, "
-            "home, measure points with `maya calibrate collect points.csv`, then fit them with `maya calibrate "
-            "points.csv --apply`."
-        ),
+    text = phrase(
+        "Nothing moves. The machine is homed and can work. To make it exact, start `maya up --address real`, "
+        "home, measure points with `maya calibrate collect points.csv`, then fit them with `maya calibrate "
+        "points.csv --apply`."
     )
+    if s.config.person_needed:
+        text = phrase(
+            "Nothing moves. The machine is not homed yet: start `maya up --address real`, give the datum with `maya "
+            "datum`, then measure points with `maya calibrate collect points.csv`, then fit them with `maya calibrate "
+            "points.csv --apply`."
+        )
+    await s.ready("calibration.ready", text)
 
 
 def length_text(axis: int, way: float) -> Phrase:
