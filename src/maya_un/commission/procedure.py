@@ -54,7 +54,8 @@ class CommissioningStep:
 class Commissioning:
     """One commissioning of the controller that `dial` reaches, with a person; `config` has all corrections so far.
 
-    `waiting` lengthens the time limits of a configuration for a twin with a faster clock.
+    `waiting` lengthens the time limits of a configuration for a twin with a faster clock. `take_over` takes the
+    controller from another program that owns it.
     """
 
     def __init__(
@@ -65,12 +66,15 @@ class Commissioning:
         person: Person,
         progress: CommissioningProgress,
         waiting: Callable[[Config], Config] = lambda config: config,
+        *,
+        take_over: bool = False,
     ) -> None:
         self.waiting = waiting
         self.dial = dial
         self.address = address
         self.person = person
         self.progress = progress
+        self._take_over = take_over
         self._present = config
         self._result = CheckResult()
         self._fatal = False
@@ -137,7 +141,7 @@ class Commissioning:
         """Return the claimed controller; connects if necessary."""
         if self._machine is None:
             self._machine = await self._open.enter_async_context(
-                claimed(self.dial, self.address, self.waiting(self.config))
+                claimed(self.dial, self.address, self.waiting(self.config), take_over=self._take_over)
             )
             await self._support(self._machine)
         return self._machine

@@ -337,3 +337,17 @@ def test_a_controller_in_the_network_is_commissioned_by_a_person_at_the_terminal
     assert {states[key] for key in ("stop", "limits")} == {"skipped"}
     assert {states[step.key] for step in STEPS[4:]} == {"blocked"}
     assert "| Gripper | passed | output 1, closed_by clear |" in shown
+
+
+def test_a_controller_with_an_owner_is_commissioned_with_take_over(folder: Path) -> None:
+    with served(folder) as address, terminal(folder, ("commission", "--address", address)) as owner:
+        owner.until(CHOICE)
+        owner.enter("")
+        owner.until(CHOICE)  # it owns the controller now
+        command = [*MAYA, "commission", "--address", address, "--restart"]
+        refused = subprocess.run(command, input="\n", capture_output=True, env=own(folder), text=True, check=False)
+        assert refused.returncode == output.FAILED
+        assert "1030" in refused.stderr
+        assert "`--take-over`" in refused.stderr
+        shown = typed_ahead(folder, address, "\nq\n", "--restart", "--take-over")
+    assert "| Controller | passed | firmware " in shown

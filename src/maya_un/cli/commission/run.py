@@ -45,6 +45,7 @@ class CommissionOptions(NamedTuple):
     seed: int | None = None
     truth: str | None = None
     speed: float | None = None
+    take_over: bool = False
 
 
 def commission(options: CommissionOptions, settings: OutputSettings) -> int:
@@ -85,7 +86,7 @@ async def _carried_out(
     shown = TerminalPerson(settings)
     async with _machine(options, config, address, shown) as (dial, person):
         waiting = partial(patient, speed=(options.speed or 1.0) if address == SIM else 1.0)
-        procedure = Commissioning(dial, address, config, person, progress, waiting)
+        procedure = Commissioning(dial, address, config, person, progress, waiting, take_over=options.take_over)
         task = asyncio.ensure_future(procedure.run(STEPS))
         with on_end(task.cancel, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             try:
