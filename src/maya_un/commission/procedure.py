@@ -9,7 +9,7 @@ from typing import Any
 
 from dmc41x3.i18n import Phrase, phrase
 from maya_un.commission.guarded import Bounds, GuardedMachine, claimed
-from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress
+from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress, nested
 from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.config import Config
 from maya_un.config.files import checked
@@ -214,11 +214,4 @@ class Commissioning:
         return answer
 
     def _corrected(self, changes: Mapping[str, Any]) -> Config | None:
-        keys: dict[str, Any] = {}
-        for name, value in changes.items():
-            *sections, last = name.split(".")
-            table = keys
-            for section in sections:
-                table = table.setdefault(section, {})
-            table[last] = value
-        return checked(keys, self._present)[0]
+        return checked(nested(changes), self._present)[0]

@@ -351,3 +351,64 @@ def test_a_controller_with_an_owner_is_commissioned_with_take_over(folder: Path)
         assert "`--take-over`" in refused.stderr
         shown = typed_ahead(folder, address, "\nq\n", "--restart", "--take-over")
     assert "| Controller | passed | firmware " in shown
+
+
+NEVER = "192.0.2.1"
+"""The address of a controller that nothing connects to, because the person quits before."""
+
+PASSED = {"state": "passed", "errors": [], "readings": {}}
+
+
+def at_once_quit(
+    folder: Path, stored: bytes, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> list[str]:
+    """Return what shows to a person who quits at the first question, with a stored progress."""
+    (folder / FILE).write_bytes(stored)
+    read, write = os.pipe()
+    os.write(write, b"q\n")
+    os.close(write)
+    with os.fdopen(read, "rb") as keyboard:
+        monkeypatch.setattr(sys, "stdin", keyboard)
+        assert main(["commission", "--address", NEVER]) == output.FAILED
+    return capsys.readouterr().out.splitlines()
+
+
+def progress_file(steps: object, changes: object) -> bytes:
+    """Return a stored progress."""
+    return json.dumps({"address": NEVER, "steps": steps, "changes": changes}).encode()
+
+
+@pytest.mark.parametrize(
+    "stored",
+    [
+        progress_file({}, {"gripper": 1, "gripper.output": 2}),
+        progress_file({}, {"gripper.output": 2, "gripper": 1}),
+        progress_file({}, {"gripper.no_such_key": 1}),
+        progress_file({"connection": {**PASSED, "errors": [{"code": float("inf"), "message": "?"}]}}, {}),
+        progress_file({"connection": {**PASSED, "errors": [{"code": 2601, "message": "\ud800"}]}}, {}),
+        progress_file({"connection": {**PASSED, "state": "perhaps"}}, {}),
+        progress_file({"connection": 1}, {}),
+        b"[" * 100_000,
+        b"[]",
+        b"{",
+        b'{"address": "\xff"}',
+    ],
+    ids=range(11),
+)
+def test_a_damaged_progress_means_to_begin_again(
+    stored: bytes, folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shown = at_once_quit(folder, stored, capsys, monkeypatch)
+    damaged = f"The stored progress in {folder / FILE} is damaged, or does not fit the configuration. The "
+    assert shown[0] == f"{damaged}commissioning begins with the first step."
+    assert shown[1] == "--- Controller"
+    assert json.loads((folder / FILE).read_text(encoding="utf-8"))["steps"].keys() == {"connection"}
+
+
+def test_a_progress_that_is_whole_is_continued_without_a_word(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stored = progress_file({"connection": PASSED}, {"gripper.output": 5})
+    assert at_once_quit(folder, stored, capsys, monkeypatch)[0] == "Controller: passed before."
+    other = json.dumps({"address": "192.0.2.2", "steps": 7}).encode()
+    assert at_once_quit(folder, other, capsys, monkeypatch)[0] == "--- Controller"

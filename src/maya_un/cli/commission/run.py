@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import sys
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
@@ -25,7 +25,7 @@ from maya_un.cli.commission.rehearsal import TwinPerson
 from maya_un.cli.configure import config_file, configuration, require_twin, truth_of_twin
 from maya_un.cli.settings import OutputSettings
 from maya_un.commission.procedure import Commissioning
-from maya_un.commission.progress import FILE, CommissioningProgress, report
+from maya_un.commission.progress import FILE, CommissioningProgress, nested, report
 from maya_un.commission.questions import NO, YES, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import Config
@@ -59,13 +59,20 @@ def commission(options: CommissionOptions, settings: OutputSettings) -> int:
         address, "maya commission", seed=options.seed, truth=options.truth, answers=options.answers, speed=options.speed
     )
     factor = clock_factor(options.speed, address)
-    path = None if address == SIM else own_state_folder() / FILE
-    progress = CommissioningProgress(address, path)
-    if not options.restart:
-        progress = CommissioningProgress.stored(path, address)
+    progress = _progress(options, address, config)
     work = _carried_out(options, config, address, progress, settings)
     ended = run(work, (lambda: ScaledLoop(factor)) if address == SIM else None)
     return _concluded(ended, progress, options, config, settings)
+
+
+def _progress(options: CommissionOptions, address: str, config: Config) -> CommissioningProgress:
+    """Return the results so far; those of a rehearsal are not stored."""
+    if address == SIM:
+        return CommissioningProgress(address)
+    path = own_state_folder() / FILE
+    if options.restart:
+        return CommissioningProgress(address, path)
+    return CommissioningProgress.stored(path, address, config)
 
 
 class _Ended(NamedTuple):
@@ -84,6 +91,14 @@ async def _carried_out(
     settings: OutputSettings,
 ) -> _Ended:
     shown = TerminalPerson(settings)
+    if progress.damaged:
+        shown.tell(
+            phrase(
+                "The stored progress in {path} is damaged, or does not fit the configuration. The commissioning begins "
+                "with the first step.",
+                path=progress.path,
+            )
+        )
     async with _machine(options, config, address, shown) as (dial, person):
         waiting = partial(patient, speed=(options.speed or 1.0) if address == SIM else 1.0)
         procedure = Commissioning(dial, address, config, person, progress, waiting, take_over=options.take_over)
@@ -112,24 +127,13 @@ async def _confirmed(person: Person, progress: CommissioningProgress, config: Co
     return await person.ask(Question("configuration.write", QuestionKind.CONFIRM, text, choices)) == YES
 
 
-def _nested(changes: Mapping[str, Any]) -> dict[str, Any]:
-    keys: dict[str, Any] = {}
-    for name, value in changes.items():
-        *sections, last = name.split(".")
-        table = keys
-        for section in sections:
-            table = table.setdefault(section, {})
-        table[last] = value
-    return keys
-
-
 def _differences(
     progress: CommissioningProgress, config: Config, settings: OutputSettings
 ) -> tuple[SettingDifference, ...]:
     """Return the differences of the new configuration from the present one, checked as by `PUT /v1/config`."""
     if not progress.changes:
         return ()
-    request = {"settings": _nested(progress.changes)}
+    request = {"settings": nested(progress.changes)}
     return _result(configuring.check(request, config_file(settings), config)).from_now
 
 
@@ -148,7 +152,7 @@ def _concluded(
     language = settings.language
     differences = _differences(progress, config, settings)
     if ended.write:
-        _result(configuring.write({"settings": _nested(progress.changes)}, config_file(settings), config))
+        _result(configuring.write({"settings": nested(progress.changes)}, config_file(settings), config))
     titles = {step.key: translate_phrase(step.title, language) for step in STEPS}
     text = report(progress, titles, [(one.name, one.before, one.after) for one in differences], language)
     if options.report is not None:
