@@ -16,7 +16,7 @@ from maya_un.assembly import machine_of, stack
 from maya_un.commission.guarded import HELD
 from maya_un.commission.progress import report
 from maya_un.commission.questions import ALREADY, QUIT, Question
-from maya_un.commission.steps import STEPS
+from maya_un.commission.steps import STEPS, STROKE_DIFFERS
 from maya_un.config import Config, load
 from maya_un.errors import LinkLost, LinkTimeout, MachineError, NotConnected
 from maya_un.machine.truth import TrueConstants
@@ -161,6 +161,11 @@ def test_a_machine_without_mistakes_passes_whole_and_works(campaign: Campaign) -
         on = complete(config, machine_of(config), 3, job if job.exists() else JOB)
         assert on.codes == {}
         assert on.progress.changes == {}
+        readings = on.progress.results["home"].readings
+        for line in "bc":
+            assert float(readings[f"long end of {line}"].removesuffix(" mm")) == pytest.approx(
+                config.axes["abc".index(line)].maximum * 1e3, abs=STROKE_DIFFERS * 1e3
+            )
 
 
 @pytest.mark.parametrize("fitted", [("none", "none", "none"), ("maximum", "minimum", "minimum")])

@@ -447,7 +447,7 @@ async def _home(s: Commissioning) -> None:
     finally:
         await controller.close()
     for name, end in ends.items():
-        s.read(**{f"stroke of {name}": f"{end * 1e3:.1f} mm"})
+        s.read(**{f"long end of {name}": f"{end * 1e3:.1f} mm"})
         configured = s.config.axes["abc".index(name)].maximum
         if abs(end - configured) > STROKE_DIFFERS:
             s.propose({f"axes.{name}.maximum": round(end, 4)})
