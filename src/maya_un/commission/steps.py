@@ -12,7 +12,18 @@ from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
 from maya_un.commission.procedure import Commissioning, CommissioningStep, LeftToPerson, SkippedByPerson
-from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, PossibleAnswer, Question, QuestionKind
+from maya_un.commission.questions import (
+    ALREADY,
+    CLOSED,
+    DONE,
+    NO,
+    NOTHING,
+    OPEN,
+    YES,
+    PossibleAnswer,
+    Question,
+    QuestionKind,
+)
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import HOMING
@@ -148,8 +159,7 @@ async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: S
     return Press(before, pressed, answer == ALREADY)
 
 
-_OPEN, _CLOSED = "open", "closed"
-_JAWS = (PossibleAnswer(_OPEN, phrase("o: open")), PossibleAnswer(_CLOSED, phrase("c: closed")))
+_JAWS = (PossibleAnswer(OPEN, phrase("o: open")), PossibleAnswer(CLOSED, phrase("c: closed")))
 
 
 async def _gripper(s: Commissioning) -> None:
@@ -199,7 +209,7 @@ async def _closed_by(s: Commissioning, machine: GuardedMachine, bit: int) -> str
         seen[command] = await s.ask(Question(f"gripper.{bit}.{command}", QuestionKind.GRIPPER, text, _JAWS))
     if seen["set"] == seen["clear"]:
         return None
-    return "set" if seen["set"] == _CLOSED else "clear"
+    return "set" if seen["set"] == CLOSED else "clear"
 
 
 async def _direction(axis: int, s: Commissioning) -> None:

@@ -20,7 +20,7 @@ from maya_un.cli.commission.people import TerminalPerson
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
 from maya_un.commission.progress import FILE
-from maya_un.commission.questions import PossibleAnswer, Question, QuestionKind
+from maya_un.commission.questions import KEY_PARTS, QUESTIONS, PossibleAnswer, Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import load
 from tests.conventions.source import ROOT
@@ -127,7 +127,13 @@ def test_a_mistake_is_named_and_the_steps_that_need_it_wait(folder: Path, capsys
 
 @pytest.mark.parametrize(
     ("text", "code"),
-    [('"gripper.ready" = "perhaps"', 4001), ("gripper", 4007), ('[miswired]\nencoder_dead = ["x"]', None)],
+    [
+        ('"gripper.ready" = "perhaps"', 4001),
+        ('"gripper.redy" = "quit"', 4003),
+        ('"gripper.9.set" = "open"', 4003),
+        ("gripper", 4007),
+        ('[miswired]\nencoder_dead = ["x"]', None),
+    ],
 )
 def test_wrong_answers_are_refused(
     text: str, code: int | None, folder: Path, capsys: pytest.CaptureFixture[str]
@@ -140,6 +146,14 @@ def test_wrong_answers_are_refused(
     status, found = run([*words, "--restart"], capsys)
     assert status != output.DONE
     assert found["error"]["code"] == code
+
+
+def test_a_mistyped_key_of_an_answer_is_refused_with_the_keys(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(answers(folder, gripper_redy="quit")) == output.REFUSED
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "There is no 'gripper.redy'. Choose one of: connection.ready, " in told.err
+    assert " direction.AXIS.TRY.seen," in told.err
 
 
 def test_answers_are_for_the_twin(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -167,10 +181,33 @@ def test_ctrl_c_ends_the_command_and_reports_its_results(folder: Path) -> None:
     assert (found["travel.a"], found["travel.b"]) == ("passed", "interrupted")
 
 
+def table(title: str) -> list[str]:
+    """Return the rows of the table in a section of the page."""
+    section = PAGE.read_text(encoding="utf-8").partition(f"\n{title}\n")[2].partition("\n## ")[0]
+    return [line for line in section.splitlines() if line.startswith("| `")]
+
+
+def test_the_page_lists_the_keys_and_answers_of_all_questions() -> None:
+    shown: dict[str, str] = {}
+    for row in table("## Rehearse it"):
+        keys, given = row.strip("|").split("|")
+        shown |= dict.fromkeys([key.strip("` ") for key in keys.split(",")], given.strip())
+    assert shown == {key: ", ".join(f"`{one}`" for one in given) or "a number" for key, given in QUESTIONS.items()}
+    page = PAGE.read_text(encoding="utf-8")
+    for name, values in KEY_PARTS.items():
+        assert f"`{name}` is {', '.join(f'`{value}`' for value in values)}" in page
+
+
+def test_a_question_that_is_not_declared_cannot_be_asked() -> None:
+    with pytest.raises(ValueError, match=r"direction\.d\.seen"):
+        Question("direction.d.seen", QuestionKind.SEEN, "What moved?", PLAIN)
+    with pytest.raises(ValueError, match="perhaps"):
+        Question("gripper.ready", QuestionKind.READY, "Ready?", (PossibleAnswer("perhaps", "p: perhaps"),))
+
+
 def test_the_page_lists_the_declared_steps() -> None:
-    rows = [line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `")]
     shown = []
-    for row in rows:
+    for row in table("## The steps"):
         key, does, needs = (cell.strip() for cell in row.strip("|").split("|"))
         shown.append((key.strip("`"), does, needs))
     for step, (key, does, needs) in zip(STEPS, shown, strict=True):
@@ -213,7 +250,8 @@ PLAIN = (PossibleAnswer("b+", "line b moved (longer)"), PossibleAnswer("b-", "li
 def test_a_person_at_the_terminal_answers_by_letter_or_number(
     choices: tuple[PossibleAnswer, ...], typed: str, answer: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    question = Question("direction.b.seen", QuestionKind.SEEN, "What moved?", choices, 1)
+    key = "limits.ready" if choices == CHOICES else "direction.b.seen" if choices else "direction.b.length"
+    question = Question(key, QuestionKind.SEEN, "What moved?", choices, 1)
     assert asked(question, typed, monkeypatch) == answer
 
 

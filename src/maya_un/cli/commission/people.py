@@ -11,18 +11,22 @@ from dmc41x3.i18n import Phrase, marked, phrase, translate, translate_phrase
 from maya_un.cli import output
 from maya_un.cli.questions import LineReader
 from maya_un.cli.settings import OutputSettings
-from maya_un.commission.questions import QUIT, Person, PossibleAnswer, Question, QuestionKind
+from maya_un.commission.questions import QUESTIONS, QUIT, Person, PossibleAnswer, Question, QuestionKind, is_key
 from maya_un.config.files import text_of
-from maya_un.errors import FileUnreadable, InvalidValue
+from maya_un.errors import FileUnreadable, InvalidValue, UnknownName
 
 
 def answers_of(file: str) -> Mapping[str, str]:
-    """Return the answers of a TOML file by the keys of the questions; raises `FileUnreadable`."""
+    """Return the answers of a TOML file by the keys of the questions; raises `FileUnreadable` and `UnknownName`."""
     try:
         found = tomllib.loads(text_of(Path(file)))
     except ValueError as error:
         raise FileUnreadable(path=file, reason=phrase("it is not TOML: {error}", error=error)) from error
-    return dict(_flat(found))
+    answers = dict(_flat(found))
+    for key in answers:
+        if not is_key(key):
+            raise UnknownName(name=key, known=", ".join(QUESTIONS))
+    return answers
 
 
 def _flat(table: Mapping[str, object], before: str = "") -> list[tuple[str, str]]:
