@@ -113,7 +113,7 @@ class Commissioning:
             self._result.readings["needs"] = ", ".join(missing)
             self.progress.save()
             return
-        self.person.tell(phrase("--- {title}", title=step.title))
+        self.person.begin(step.title)
         try:
             await step.run(self)
             corrected = CheckState.CORRECTED if self._result.errors else CheckState.PASSED

@@ -145,6 +145,10 @@ class Person(Protocol):
         """Return the answer: the value of a choice, or a number as text."""
         ...
 
+    def begin(self, title: Phrase) -> None:
+        """Show that a step begins."""
+        ...
+
     def tell(self, text: Phrase) -> None:
         """Show a sentence."""
         ...

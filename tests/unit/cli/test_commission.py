@@ -450,3 +450,9 @@ def test_a_progress_that_is_whole_is_continued_without_a_word(
     assert at_once_quit(folder, stored, capsys, monkeypatch)[0] == "Controller: passed before."
     other = json.dumps({"address": "192.0.2.2", "steps": 7}).encode()
     assert at_once_quit(folder, other, capsys, monkeypatch)[0] == "--- Controller"
+
+
+def test_the_titles_of_the_steps_are_translated(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    main(["--lang", "es", *answers(folder, stop_ready="skip", limits_ready="quit")])
+    titles = [line for line in capsys.readouterr().out.splitlines() if line.startswith("--- ")]
+    assert titles == ["--- Controlador", "--- Parada de emergencia", "--- Finales de carrera"]

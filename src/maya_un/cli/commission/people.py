@@ -79,6 +79,10 @@ class TerminalPerson:
                 return QUIT
             self._say(translate(marked("This is not an answer. Enter it again."), language))
 
+    def begin(self, title: Phrase) -> None:
+        """Print the title of a step."""
+        self._say(f"--- {translate_phrase(title, self._settings.language)}")
+
     def tell(self, text: Phrase) -> None:
         """Print a sentence."""
         self._say(translate_phrase(text, self._settings.language))
@@ -128,6 +132,10 @@ class ScriptedPerson:
         self._shown.tell(question.text)
         self._shown.tell(f"  > {answer}")
         return answer
+
+    def begin(self, title: Phrase) -> None:
+        """Print the title of a step."""
+        self._shown.begin(title)
 
     def tell(self, text: Phrase) -> None:
         """Print a sentence."""

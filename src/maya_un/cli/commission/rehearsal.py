@@ -25,6 +25,9 @@ class TwinPerson:
         self._twin.controller.look()
         return self._found(question) if question.ask in _LOOKS else self._done(question)
 
+    def begin(self, title: Phrase) -> None:
+        """Take note."""
+
     def tell(self, text: Phrase) -> None:
         """Take note."""
 
