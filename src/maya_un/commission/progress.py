@@ -114,7 +114,7 @@ class CommissioningProgress:
 
 
 _DAMAGE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
-"""What reading a file raises that no commissioning has written."""
+"""Errors of reading a file that no commissioning has written."""
 
 
 def nested(changes: Mapping[str, Any]) -> dict[str, Any]:

@@ -123,6 +123,8 @@ def test_a_mistake_is_named_and_the_steps_that_need_it_wait(folder: Path, capsys
     assert [error["code"] for error in found["steps"]["direction.b"]["errors"]] == [2616]
     assert found["steps"]["direction.a"]["state"] == "skipped"
     assert found["steps"]["home"]["state"] == "blocked"
+    assert main([*answers(folder, direction_c_ready="quit"), "--truth", str(truth)]) == output.FAILED
+    assert "Not complete. Remove the mistakes, then run `maya commission` again.\n" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

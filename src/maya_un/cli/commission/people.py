@@ -57,7 +57,7 @@ class TerminalPerson:
     async def ask(self, question: Question) -> str:
         """Print a question, and read lines until one is an answer; the end of the input quits.
 
-        What was typed at a terminal before the question showed is no answer.
+        A line that was typed at a terminal before the question showed is no answer.
         """
         language = self._settings.language
         keys = _keys(question.choices)
