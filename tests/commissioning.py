@@ -64,6 +64,9 @@ class JudgingPerson:
         self.answers[question.key] = chosen or answer
         return self.answers[question.key]
 
+    def begin(self, title: str) -> None:
+        """Take note."""
+
     def tell(self, text: str) -> None:
         """Take note."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,6 +13,8 @@ from typing import Any
 import pytest
 
 from maya_un.cli.main import main
+from tests.system.processes import MAYA
+from tests.waiting import eventually
 
 pytestmark = pytest.mark.system
 
@@ -52,6 +55,27 @@ def test_a_typed_answer_chooses_the_branch(typed: int, capsys: pytest.CaptureFix
     os.close(typed)
     assert [step["state"] for step in found["steps"]] == ["done", "done", "done", "skipped"]
     assert found["steps"][0]["phase"] == "right"
+
+
+def test_at_a_terminal_an_answer_that_was_typed_before_its_question_is_discarded(tmp_path: Path) -> None:
+    ours, theirs = os.openpty()
+    os.write(ours, b"left\n")
+    command = [MAYA, "run", str(tmp_path / "job.yaml"), "--speed", "200", "--json"]
+    with subprocess.Popen(
+        command, stdin=theirs, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=tmp_path, text=True
+    ) as running:
+        os.close(theirs)
+        assert running.stderr is not None
+        assert any("Type one of left, right" in line for line in running.stderr)
+
+        def answered() -> bool:
+            os.write(ours, b"right\n")  # again and again: the first may come before the terminal is listened to
+            return running.poll() is not None
+
+        eventually(answered, "the end of the job")
+        assert running.stdout is not None
+        assert json.loads(running.stdout.read())["steps"][0]["phase"] == "right"
+    os.close(ours)
 
 
 def test_the_end_of_the_input_cancels_the_job(typed: int, capsys: pytest.CaptureFixture[str]) -> None:

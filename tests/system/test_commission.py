@@ -14,7 +14,9 @@ from dmc41x3.twin.timeline import TimelinePiece
 from maya_un import errors
 from maya_un.assembly import machine_of, stack
 from maya_un.commission.guarded import HELD
+from maya_un.commission.progress import report
 from maya_un.commission.questions import ALREADY, QUIT, Question
+from maya_un.commission.steps import STEPS, STROKE_DIFFERS
 from maya_un.config import Config, load
 from maya_un.errors import LinkLost, LinkTimeout, MachineError, NotConnected
 from maya_un.machine.truth import TrueConstants
@@ -159,6 +161,11 @@ def test_a_machine_without_mistakes_passes_whole_and_works(campaign: Campaign) -
         on = complete(config, machine_of(config), 3, job if job.exists() else JOB)
         assert on.codes == {}
         assert on.progress.changes == {}
+        readings = on.progress.results["home"].readings
+        for line in "bc":
+            assert float(readings[f"long end of {line}"].removesuffix(" mm")) == pytest.approx(
+                config.axes["abc".index(line)].maximum * 1e3, abs=STROKE_DIFFERS * 1e3
+            )
 
 
 @pytest.mark.parametrize("fitted", [("none", "none", "none"), ("maximum", "minimum", "minimum")])
@@ -173,6 +180,26 @@ def test_a_machine_with_fewer_switches_passes_whole(fitted: tuple[str, str, str]
     on = run_virtual(commissioned())
     assert on.codes == {}
     assert on.person.excesses == []
+
+
+def test_a_machine_whose_datum_a_person_gives_is_not_called_homed() -> None:
+    config = with_switches(Config(), "none", "both", "both")
+
+    async def commissioned() -> tuple[Bench, list[str]]:
+        said: list[str] = []
+        on = bench(config, machine_of(config), seed=3)
+        on.person.on_ask = lambda question: said.append(question.text)
+        assert await on.run(), (on.codes, on.progress.results)
+        await on.twin.controller.close()
+        return on, said
+
+    on, said = run_virtual(commissioned())
+    titles = {step.key: step.title for step in STEPS}
+    rows = report(on.progress, titles, (), "en").splitlines()
+    assert "| First homing | skipped: a person gives the datum |  |" in rows
+    assert "not homed yet" in said[-1]
+    assert "`maya datum`" in said[-1]
+    assert not any("is homed and can work" in text for text in said)
 
 
 def test_a_corrected_configuration_works(campaign: Campaign) -> None:

@@ -23,6 +23,7 @@ from maya_un.cli.doctor import commands as doctor
 from maya_un.cli.fleet import commands as fleet
 from maya_un.cli.help import EVERYWHERE
 from maya_un.cli.logs import commands as logs
+from maya_un.cli.options import TakeOver
 from maya_un.cli.places import teach_commands, zone_commands
 from maya_un.cli.queueing import commands as queueing
 from maya_un.cli.recordings import commands as recordings
@@ -56,10 +57,6 @@ Address = Annotated[str, typer.Option(metavar="WHERE", help=_ADDRESSES)]
 SkipHome = Annotated[
     bool,
     typer.Option("--skip-home", help="do not home: use the homing that the controller has stored since its last reset"),
-]
-TakeOver = Annotated[
-    bool,
-    typer.Option("--take-over", help="take the controller from the program that owns it; refused while an axis moves"),
 ]
 _KINDS = "file to write, .svg, .png or .pdf; default:"
 WorkspacePicture = Annotated[str | None, typer.Option(metavar="FILE", help=f"{_KINDS} maya-workspace.svg")]

@@ -5,7 +5,9 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
+import termios
 import threading
+from contextlib import suppress
 
 from dmc41x3.i18n import translate
 from maya_un.assembly import Stack
@@ -21,6 +23,14 @@ class LineReader:
     def __init__(self) -> None:
         self._rest = b""
 
+    def discard_typed(self) -> None:
+        """Discard what was typed at a terminal before the question that shows now; a pipe keeps its lines."""
+        keyboard = _keyboard()
+        if os.isatty(keyboard):
+            self._rest = b""
+            with suppress(termios.error):  # the terminal is gone, and the next reading finds the end of the input
+                termios.tcflush(keyboard, termios.TCIFLUSH)
+
     async def line(self) -> str | None:
         """Return the next line, None at the end of the input."""
         loop = asyncio.get_running_loop()
@@ -29,8 +39,8 @@ class LineReader:
 
             def work(read: asyncio.Future[bytes] = read) -> None:
                 try:
-                    data = os.read(sys.stdin.fileno(), 4096)
-                except (OSError, ValueError):
+                    data = os.read(_keyboard(), 4096)
+                except OSError:
                     data = b""
                 loop.call_soon_threadsafe(lambda: read.done() or read.set_result(data))
 
@@ -41,6 +51,14 @@ class LineReader:
             self._rest += data
         line, _, self._rest = self._rest.partition(b"\n")
         return line.decode(errors="replace").strip()
+
+
+def _keyboard() -> int:
+    """Return the descriptor of the standard input, -1 if it is closed."""
+    try:
+        return sys.stdin.fileno()
+    except (AttributeError, OSError, ValueError):  # closed before or after the program began, or not a file
+        return -1
 
 
 async def answer_questions(robot: Stack, job: int, display: Display, language: str, *, dry: bool) -> None:
@@ -70,6 +88,7 @@ async def _typed(question: OperatorQuestion, lines: LineReader, display: Display
     choices = ", ".join(question.choices)
     while True:
         display.wait(translate("Type one of {choices}, then press Enter.", language, choices=choices))
+        lines.discard_typed()
         line = await lines.line()
         if line is None or line in question.choices:
             return line

@@ -273,10 +273,13 @@ def _cut(volts: float) -> float:
 
 
 @asynccontextmanager
-async def claimed(dial: Dial, address: str, config: Config) -> AsyncIterator[GuardedMachine]:
+async def claimed(
+    dial: Dial, address: str, config: Config, *, take_over: bool = False
+) -> AsyncIterator[GuardedMachine]:
     """Connect, claim the controller, switch its motors off and write the registers, for the length of the block.
 
-    At the end the axes are stopped and the controller is released. Raises `ConnectFailed`, `LinkTimeout`,
+    With `take_over`, claims also a controller at rest whose owner is alive. At the end the axes are stopped and the
+    controller is released. Raises `ConnectFailed`, `LinkTimeout`,
     `WrongController`, `ControllerOwned`, `ControllerMoves`, `ParameterMismatch`, `GuardBlocked`.
     """
     driver = await Driver.open(await dial(), timeout=config.controller.timeout)
@@ -291,7 +294,7 @@ async def claimed(dial: Dial, address: str, config: Config) -> AsyncIterator[Gua
         async def moving() -> bool:
             return (await one.look()).moving
 
-        await watchdog.claim(driver, address, moving)
+        await watchdog.claim(driver, address, moving, take_over=take_over)
         await machine.keep_torque()
         await machine.configure(config)
         await machine.guard()

@@ -9,7 +9,7 @@ from typing import Any
 
 from dmc41x3.i18n import Phrase, phrase
 from maya_un.commission.guarded import Bounds, GuardedMachine, claimed
-from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress
+from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress, nested
 from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.config import Config
 from maya_un.config.files import checked
@@ -19,15 +19,17 @@ from maya_un.values import AXES
 
 _LINK = (ConnectFailed, LinkLost, LinkTimeout, NotConnected)
 
-_READY = (
-    PossibleAnswer(GO, phrase("Enter: go on")),
-    PossibleAnswer(SKIP, phrase("s: skip this step")),
-    PossibleAnswer(QUIT, phrase("q: quit; a later `maya commission` continues here")),
-)
+_READY = (PossibleAnswer(GO, phrase("Enter: go on")), PossibleAnswer(SKIP, phrase("s: skip this step")))
+_QUIT = PossibleAnswer(QUIT, phrase("q: quit"))
+_QUIT_FOR_NOW = PossibleAnswer(QUIT, phrase("q: quit; a later `maya commission` continues here"))
 
 
 class SkippedByPerson(Exception):
     """The person skips the step."""
+
+
+class LeftToPerson(Exception):
+    """A person does later what the step would do: the machine cannot do it."""
 
 
 class QuitByPerson(Exception):
@@ -52,7 +54,8 @@ class CommissioningStep:
 class Commissioning:
     """One commissioning of the controller that `dial` reaches, with a person; `config` has all corrections so far.
 
-    `waiting` lengthens the time limits of a configuration for a twin with a faster clock.
+    `waiting` lengthens the time limits of a configuration for a twin with a faster clock. `take_over` takes the
+    controller from another program that owns it.
     """
 
     def __init__(
@@ -63,12 +66,15 @@ class Commissioning:
         person: Person,
         progress: CommissioningProgress,
         waiting: Callable[[Config], Config] = lambda config: config,
+        *,
+        take_over: bool = False,
     ) -> None:
         self.waiting = waiting
         self.dial = dial
         self.address = address
         self.person = person
         self.progress = progress
+        self._take_over = take_over
         self._present = config
         self._result = CheckResult()
         self._fatal = False
@@ -107,7 +113,7 @@ class Commissioning:
             self._result.readings["needs"] = ", ".join(missing)
             self.progress.save()
             return
-        self.person.tell(phrase("--- {title}", title=step.title))
+        self.person.begin(step.title)
         try:
             await step.run(self)
             corrected = CheckState.CORRECTED if self._result.errors else CheckState.PASSED
@@ -115,6 +121,8 @@ class Commissioning:
         except SkippedByPerson:
             await self._calm()
             self._result.state = CheckState.SKIPPED
+        except LeftToPerson:
+            self._result.state = CheckState.LEFT_TO_PERSON
         except _LINK as error:
             self._note(error)
             raise
@@ -133,7 +141,7 @@ class Commissioning:
         """Return the claimed controller; connects if necessary."""
         if self._machine is None:
             self._machine = await self._open.enter_async_context(
-                claimed(self.dial, self.address, self.waiting(self.config))
+                claimed(self.dial, self.address, self.waiting(self.config), take_over=self._take_over)
             )
             await self._support(self._machine)
         return self._machine
@@ -194,7 +202,8 @@ class Commissioning:
         """Announce what happens next, and how far axes move at most; raises `SkippedByPerson` and `QuitByPerson`."""
         part = key.split(".")[1]
         axis = AXES.index(part) if part in AXES else None
-        if await self.ask(Question(key, QuestionKind.READY, text, _READY, axis, most=most or {})) == SKIP:
+        choices = (*_READY, _QUIT_FOR_NOW if self.progress.kept else _QUIT)
+        if await self.ask(Question(key, QuestionKind.READY, text, choices, axis, most=most or {})) == SKIP:
             raise SkippedByPerson
 
     async def ask(self, question: Question) -> str:
@@ -205,11 +214,4 @@ class Commissioning:
         return answer
 
     def _corrected(self, changes: Mapping[str, Any]) -> Config | None:
-        keys: dict[str, Any] = {}
-        for name, value in changes.items():
-            *sections, last = name.split(".")
-            table = keys
-            for section in sections:
-                table = table.setdefault(section, {})
-            table[last] = value
-        return checked(keys, self._present)[0]
+        return checked(nested(changes), self._present)[0]

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from dmc41x3.i18n import marked, translate, translate_phrase
-from maya_un.config.files import replace, text_of
+from maya_un.config import Config
+from maya_un.config.files import parse, replace
+from maya_un.errors import FileUnreadable, InvalidConfig
 
 FILE = "commissioning.json"
 """Name of the file in the state folder."""
@@ -23,13 +25,14 @@ class CheckState(StrEnum):
     CORRECTED = "corrected"
     FAILED = "failed"
     SKIPPED = "skipped"
+    LEFT_TO_PERSON = "left_to_person"
     BLOCKED = "blocked"
     INTERRUPTED = "interrupted"
 
     @property
     def done(self) -> bool:
         """Whether the step need not be repeated."""
-        return self in {CheckState.PASSED, CheckState.CORRECTED}
+        return self in {CheckState.PASSED, CheckState.CORRECTED, CheckState.LEFT_TO_PERSON}
 
 
 @dataclass(slots=True)
@@ -46,25 +49,47 @@ class CommissioningProgress:
     """The results so far of the commissioning of the controller at `address`.
 
     `changes` are the corrected settings by their dotted names. Results are stored at every change if there is a `path`.
+    `damaged`: stored results could not be used.
     """
 
     address: str
     path: Path | None = None
     results: dict[str, CheckResult] = field(default_factory=dict[str, CheckResult])
     changes: dict[str, Any] = field(default_factory=dict[str, Any])
+    damaged: bool = False
 
     @classmethod
-    def stored(cls, path: Path | None, address: str) -> CommissioningProgress:
-        """Return the stored results, empty if there are none of this controller; raises `FileUnreadable`."""
+    def stored(cls, path: Path, address: str, config: Config) -> CommissioningProgress:
+        """Return the stored results, empty if there are none of this controller.
+
+        If the file is damaged, or its changes do not fit the present `config`, the results are empty too, and
+        `damaged`. Raises `FileUnreadable`.
+        """
         found = cls(address, path)
         try:
-            value = json.loads(text_of(path)) if path is not None else {}
-            if value.get("address") == address:
+            value = json.loads(path.read_text(encoding="utf-8"))
+            json.dumps(value, ensure_ascii=False).encode()  # half a pair of surrogates cannot be shown
+            if value["address"] == address:
                 found.changes = dict(value["changes"])
                 found.results = {key: _result(one) for key, one in value["steps"].items()}
-        except (ValueError, KeyError, TypeError, AttributeError):
-            return cls(address, path)  # no file, or one that this version does not know: begin again
+                parse(nested(found.changes), config)
+        except FileNotFoundError:
+            return found
+        except OSError as error:
+            raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        except (*_DAMAGE, InvalidConfig):
+            return cls(address, path, damaged=True)
         return found
+
+    @property
+    def kept(self) -> bool:
+        """Whether the results are stored, so that a later program continues."""
+        return self.path is not None
+
+    @property
+    def has_mistakes(self) -> bool:
+        """Whether a step has found a mistake that a person must remove."""
+        return any(one.state is CheckState.FAILED for one in self.results.values())
 
     def done(self, key: str) -> bool:
         """Return whether a step need not be repeated."""
@@ -88,6 +113,26 @@ class CommissioningProgress:
         return {"address": self.address, "steps": steps, "changes": self.changes}
 
 
+_DAMAGE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
+"""Errors of reading a file that no commissioning has written."""
+
+
+def nested(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings by their dotted names as nested tables; raises `ValueError` for a setting within another one."""
+    keys: dict[str, Any] = {}
+    for name, value in changes.items():
+        *sections, last = name.split(".")
+        table = keys
+        for section in sections:
+            table = table.setdefault(section, {})
+            if not isinstance(table, dict):
+                raise ValueError(name)  # noqa: TRY004 - a wrong name, not a wrong type of an argument
+        if last in table:
+            raise ValueError(name)
+        table[last] = value
+    return keys
+
+
 def _result(value: Mapping[str, Any]) -> CheckResult:
     errors = [(int(error["code"]), str(error["message"])) for error in value["errors"]]
     return CheckResult(CheckState(value["state"]), errors, dict(value["readings"]))
@@ -98,6 +143,7 @@ _STATES: Mapping[CheckState, str] = {
     CheckState.CORRECTED: marked("passed after a correction of the configuration"),
     CheckState.FAILED: marked("failed"),
     CheckState.SKIPPED: marked("skipped"),
+    CheckState.LEFT_TO_PERSON: marked("skipped: a person gives the datum"),
     CheckState.BLOCKED: marked("waits for other steps"),
     CheckState.INTERRUPTED: marked("interrupted"),
 }

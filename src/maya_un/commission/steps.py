@@ -11,8 +11,19 @@ from dmc41x3.i18n import PHRASE, Phrase, marked, phrase
 from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
-from maya_un.commission.procedure import Commissioning, CommissioningStep, SkippedByPerson
-from maya_un.commission.questions import ALREADY, DONE, NO, NOTHING, YES, PossibleAnswer, Question, QuestionKind
+from maya_un.commission.procedure import Commissioning, CommissioningStep, LeftToPerson, SkippedByPerson
+from maya_un.commission.questions import (
+    ALREADY,
+    CLOSED,
+    DONE,
+    NO,
+    NOTHING,
+    OPEN,
+    YES,
+    PossibleAnswer,
+    Question,
+    QuestionKind,
+)
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import HOMING
@@ -148,8 +159,7 @@ async def _pressed(s: Commissioning, machine: GuardedMachine, axis: int, side: S
     return Press(before, pressed, answer == ALREADY)
 
 
-_OPEN, _CLOSED = "open", "closed"
-_JAWS = (PossibleAnswer(_OPEN, phrase("o: open")), PossibleAnswer(_CLOSED, phrase("c: closed")))
+_JAWS = (PossibleAnswer(OPEN, phrase("o: open")), PossibleAnswer(CLOSED, phrase("c: closed")))
 
 
 async def _gripper(s: Commissioning) -> None:
@@ -199,7 +209,7 @@ async def _closed_by(s: Commissioning, machine: GuardedMachine, bit: int) -> str
         seen[command] = await s.ask(Question(f"gripper.{bit}.{command}", QuestionKind.GRIPPER, text, _JAWS))
     if seen["set"] == seen["clear"]:
         return None
-    return "set" if seen["set"] == _CLOSED else "clear"
+    return "set" if seen["set"] == CLOSED else "clear"
 
 
 async def _direction(axis: int, s: Commissioning) -> None:
@@ -423,7 +433,7 @@ async def _home(s: Commissioning) -> None:
                 reason=s.config.person_needed,
             )
         )
-        return
+        raise LeftToPerson
     bounds = dict.fromkeys(range(3), inf)
     await s.ready(
         "home.ready",
@@ -447,7 +457,7 @@ async def _home(s: Commissioning) -> None:
     finally:
         await controller.close()
     for name, end in ends.items():
-        s.read(**{f"stroke of {name}": f"{end * 1e3:.1f} mm"})
+        s.read(**{f"long end of {name}": f"{end * 1e3:.1f} mm"})
         configured = s.config.axes["abc".index(name)].maximum
         if abs(end - configured) > STROKE_DIFFERS:
             s.propose({f"axes.{name}.maximum": round(end, 4)})
@@ -458,14 +468,18 @@ STROKE_DIFFERS = 0.002
 
 
 async def _calibration(s: Commissioning) -> None:
-    await s.ready(
-        "calibration.ready",
-        phrase(
-            "Nothing moves. The machine is homed and can work. To make it exact, start `maya up --address real`, "
-            "home, measure points with `maya calibrate collect points.csv`, then fit them with `maya calibrate "
-            "points.csv --apply`."
-        ),
+    text = phrase(
+        "Nothing moves. The machine is homed and can work. To make it exact, start `maya up --address real`, "
+        "home, measure points with `maya calibrate collect points.csv`, then fit them with `maya calibrate "
+        "points.csv --apply`."
     )
+    if s.config.person_needed:
+        text = phrase(
+            "Nothing moves. The machine is not homed yet: start `maya up --address real`, give the datum with `maya "
+            "datum`, then measure points with `maya calibrate collect points.csv`, then fit them with `maya calibrate "
+            "points.csv --apply`."
+        )
+    await s.ready("calibration.ready", text)
 
 
 def length_text(axis: int, way: float) -> Phrase:

@@ -8,6 +8,7 @@ import typer
 
 from dmc41x3.address import REAL
 from maya_un.cli.dmc_tools.commands import Seed, Truth, TwinSpeed
+from maya_un.cli.options import TakeOver
 from maya_un.cli.settings import settings_of
 
 
@@ -16,10 +17,13 @@ def register(app: typer.Typer, how: dict[str, Any]) -> None:
     app.command(**how)(commission)
 
 
-def commission(
+def commission(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     context: typer.Context,
     address: Annotated[
-        str, typer.Option(metavar="WHERE", help="the controller: real, HOST or HOST:PORT; sim rehearses on a twin")
+        str,
+        typer.Option(
+            metavar="WHERE", help="the controller: real, HOST, HOST:PORT or a serial port; sim rehearses on a twin"
+        ),
     ] = REAL,
     restart: Annotated[
         bool, typer.Option("--restart", help="begin again, instead of continuing an interrupted commissioning")
@@ -38,6 +42,7 @@ def commission(
     seed: Seed = None,
     truth: Truth = None,
     speed: TwinSpeed = None,
+    take_over: TakeOver = False,
 ) -> int:
     """Check the wiring of a new machine, step by step, together with you.
 
@@ -48,5 +53,5 @@ def commission(
     """
     from maya_un.cli.commission import run as command
 
-    options = command.CommissionOptions(address, restart, answers, report, seed, truth, speed)
+    options = command.CommissionOptions(address, restart, answers, report, seed, truth, speed, take_over)
     return command.commission(options, settings_of(context))

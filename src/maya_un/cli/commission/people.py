@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-import asyncio
 import sys
-import threading
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 
 from dmc41x3.i18n import Phrase, marked, phrase, translate, translate_phrase
 from maya_un.cli import output
+from maya_un.cli.questions import LineReader
 from maya_un.cli.settings import OutputSettings
-from maya_un.commission.questions import QUIT, Person, PossibleAnswer, Question, QuestionKind
+from maya_un.commission.questions import QUESTIONS, QUIT, Person, PossibleAnswer, Question, QuestionKind, is_key
 from maya_un.config.files import text_of
-from maya_un.errors import FileUnreadable, InvalidValue
+from maya_un.errors import FileUnreadable, InvalidValue, UnknownName
 
 
 def answers_of(file: str) -> Mapping[str, str]:
-    """Return the answers of a TOML file by the keys of the questions; raises `FileUnreadable`."""
+    """Return the answers of a TOML file by the keys of the questions; raises `FileUnreadable` and `UnknownName`."""
     try:
         found = tomllib.loads(text_of(Path(file)))
     except ValueError as error:
         raise FileUnreadable(path=file, reason=phrase("it is not TOML: {error}", error=error)) from error
-    return dict(_flat(found))
+    answers = dict(_flat(found))
+    for key in answers:
+        if not is_key(key):
+            raise UnknownName(name=key, known=", ".join(QUESTIONS))
+    return answers
 
 
 def _flat(table: Mapping[str, object], before: str = "") -> list[tuple[str, str]]:
@@ -49,18 +52,23 @@ class TerminalPerson:
 
     def __init__(self, settings: OutputSettings) -> None:
         self._settings = settings
+        self._lines = LineReader()
 
     async def ask(self, question: Question) -> str:
-        """Print a question, and read lines until one is an answer; the end of the input quits."""
+        """Print a question, and read lines until one is an answer; the end of the input quits.
+
+        A line that was typed at a terminal before the question showed is no answer.
+        """
         language = self._settings.language
         keys = _keys(question.choices)
         self._say(translate_phrase(question.text, language))
         shown = [translate_phrase(choice.words, language) for choice in question.choices]
         numbered = [text if ": " in text else f"{key}: {text}" for key, text in zip(keys, shown, strict=True)]
         while True:
+            self._lines.discard_typed()
             if numbered:
                 self._say(f"  [{' | '.join(numbered)}]")
-            line = await _line()
+            line = await self._lines.line()
             if line is None:
                 return QUIT
             word = line.strip().lower()
@@ -70,6 +78,10 @@ class TerminalPerson:
             if word in {"q", "quit"}:
                 return QUIT
             self._say(translate(marked("This is not an answer. Enter it again."), language))
+
+    def begin(self, title: Phrase) -> None:
+        """Print the title of a step."""
+        self._say(f"--- {translate_phrase(title, self._settings.language)}")
 
     def tell(self, text: Phrase) -> None:
         """Print a sentence."""
@@ -90,24 +102,6 @@ def _keys(choices: tuple[PossibleAnswer, ...]) -> dict[str, str]:
         typed = str(number) if not colon else "" if key == "Enter" else key
         found[typed] = choice.value
     return found
-
-
-async def _line() -> str | None:
-    """Return the next line of the standard input, None at its end; a cancel does not wait for it."""
-    loop = asyncio.get_running_loop()
-    found: asyncio.Future[str] = loop.create_future()
-
-    def deliver(text: str) -> None:
-        if not found.done():
-            found.set_result(text)
-
-    def read() -> None:
-        text = sys.stdin.readline()
-        if not loop.is_closed():
-            loop.call_soon_threadsafe(deliver, text)
-
-    threading.Thread(target=read, name="answers", daemon=True).start()
-    return await found or None
 
 
 class ScriptedPerson:
@@ -138,6 +132,10 @@ class ScriptedPerson:
         self._shown.tell(question.text)
         self._shown.tell(f"  > {answer}")
         return answer
+
+    def begin(self, title: Phrase) -> None:
+        """Print the title of a step."""
+        self._shown.begin(title)
 
     def tell(self, text: Phrase) -> None:
         """Print a sentence."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dmc41x3.i18n import Phrase
 from maya_un.assembly import Twin
-from maya_un.commission.questions import ALREADY, GO, NO, NOTHING, YES, Question, QuestionKind
+from maya_un.commission.questions import ALREADY, CLOSED, GO, NO, NOTHING, OPEN, YES, Question, QuestionKind
 from maya_un.machine.truth import Switch
 
 VISIBLE = 3e-4
@@ -24,6 +24,9 @@ class TwinPerson:
         """Carry out the instruction, and return what there is to see."""
         self._twin.controller.look()
         return self._found(question) if question.ask in _LOOKS else self._done(question)
+
+    def begin(self, title: Phrase) -> None:
+        """Take note."""
 
     def tell(self, text: Phrase) -> None:
         """Take note."""
@@ -54,7 +57,7 @@ class TwinPerson:
             case QuestionKind.LAMP:
                 return NO if "abc"[question.axis or 0] in self._twin.mechanics.truth.wiring.amplifier_off else YES
             case _:
-                return "closed" if self._twin.mechanics.record.gripper_closed else "open"
+                return CLOSED if self._twin.mechanics.record.gripper_closed else OPEN
 
     def _switch(self, question: Question) -> str:
         assert question.axis is not None

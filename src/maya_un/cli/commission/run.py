@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 import sys
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from dmc41x3.address import SIM
 from dmc41x3.cli.signals import on_end
 from dmc41x3.files import write
-from dmc41x3.i18n import phrase, translate, translate_phrase
+from dmc41x3.i18n import marked, phrase, translate, translate_phrase
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.wire.transport import Transport
 from maya_un.assembly import make_twin, patient, to_controller
@@ -25,7 +25,7 @@ from maya_un.cli.commission.rehearsal import TwinPerson
 from maya_un.cli.configure import config_file, configuration, require_twin, truth_of_twin
 from maya_un.cli.settings import OutputSettings
 from maya_un.commission.procedure import Commissioning
-from maya_un.commission.progress import FILE, CommissioningProgress, report
+from maya_un.commission.progress import FILE, CommissioningProgress, nested, report
 from maya_un.commission.questions import NO, YES, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import Config
@@ -45,6 +45,7 @@ class CommissionOptions(NamedTuple):
     seed: int | None = None
     truth: str | None = None
     speed: float | None = None
+    take_over: bool = False
 
 
 def commission(options: CommissionOptions, settings: OutputSettings) -> int:
@@ -58,13 +59,20 @@ def commission(options: CommissionOptions, settings: OutputSettings) -> int:
         address, "maya commission", seed=options.seed, truth=options.truth, answers=options.answers, speed=options.speed
     )
     factor = clock_factor(options.speed, address)
-    path = own_state_folder() / FILE
-    progress = CommissioningProgress(address, path)
-    if not options.restart:
-        progress = CommissioningProgress.stored(path, address)
+    progress = _progress(options, address, config)
     work = _carried_out(options, config, address, progress, settings)
     ended = run(work, (lambda: ScaledLoop(factor)) if address == SIM else None)
     return _concluded(ended, progress, options, config, settings)
+
+
+def _progress(options: CommissionOptions, address: str, config: Config) -> CommissioningProgress:
+    """Return the results so far; those of a rehearsal are not stored."""
+    if address == SIM:
+        return CommissioningProgress(address)
+    path = own_state_folder() / FILE
+    if options.restart:
+        return CommissioningProgress(address, path)
+    return CommissioningProgress.stored(path, address, config)
 
 
 class _Ended(NamedTuple):
@@ -83,15 +91,27 @@ async def _carried_out(
     settings: OutputSettings,
 ) -> _Ended:
     shown = TerminalPerson(settings)
+    if progress.damaged:
+        shown.tell(
+            phrase(
+                "The stored progress in {path} is damaged, or does not fit the configuration. The commissioning begins "
+                "with the first step.",
+                path=progress.path,
+            )
+        )
     async with _machine(options, config, address, shown) as (dial, person):
         waiting = partial(patient, speed=(options.speed or 1.0) if address == SIM else 1.0)
-        procedure = Commissioning(dial, address, config, person, progress, waiting)
+        procedure = Commissioning(dial, address, config, person, progress, waiting, take_over=options.take_over)
         task = asyncio.ensure_future(procedure.run(STEPS))
         with on_end(task.cancel, signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             try:
                 complete = await task
             except asyncio.CancelledError:
-                shown.tell(phrase("Stopped. Run `maya commission` again to continue."))
+                shown.tell(
+                    phrase("Stopped. Run `maya commission` again to continue.")
+                    if progress.kept
+                    else phrase("Stopped. A rehearsal always begins with the first step.")
+                )
                 return _Ended(complete=False, interrupted=True)
         if not progress.changes:
             return _Ended(complete, interrupted=False)
@@ -107,24 +127,13 @@ async def _confirmed(person: Person, progress: CommissioningProgress, config: Co
     return await person.ask(Question("configuration.write", QuestionKind.CONFIRM, text, choices)) == YES
 
 
-def _nested(changes: Mapping[str, Any]) -> dict[str, Any]:
-    keys: dict[str, Any] = {}
-    for name, value in changes.items():
-        *sections, last = name.split(".")
-        table = keys
-        for section in sections:
-            table = table.setdefault(section, {})
-        table[last] = value
-    return keys
-
-
 def _differences(
     progress: CommissioningProgress, config: Config, settings: OutputSettings
 ) -> tuple[SettingDifference, ...]:
     """Return the differences of the new configuration from the present one, checked as by `PUT /v1/config`."""
     if not progress.changes:
         return ()
-    request = {"settings": _nested(progress.changes)}
+    request = {"settings": nested(progress.changes)}
     return _result(configuring.check(request, config_file(settings), config)).from_now
 
 
@@ -143,7 +152,7 @@ def _concluded(
     language = settings.language
     differences = _differences(progress, config, settings)
     if ended.write:
-        _result(configuring.write({"settings": _nested(progress.changes)}, config_file(settings), config))
+        _result(configuring.write({"settings": nested(progress.changes)}, config_file(settings), config))
     titles = {step.key: translate_phrase(step.title, language) for step in STEPS}
     text = report(progress, titles, [(one.name, one.before, one.after) for one in differences], language)
     if options.report is not None:
@@ -154,8 +163,17 @@ def _concluded(
     if ended.interrupted:
         return output.INTERRUPTED
     if not ended.complete and not settings.json:
-        output.say(translate("Not complete. Remove the mistakes, then run `maya commission` again.", language))
+        output.say(translate(_missing(progress), language))
     return output.DONE if ended.complete else output.FAILED
+
+
+def _missing(progress: CommissioningProgress) -> str:
+    """Return the advice after a commissioning that is not complete, in English."""
+    if progress.has_mistakes:
+        return marked("Not complete. Remove the mistakes, then run `maya commission` again.")
+    if progress.kept:
+        return marked("Not complete. Run `maya commission` again to continue.")
+    return marked("Not complete. A rehearsal always begins with the first step.")
 
 
 @asynccontextmanager

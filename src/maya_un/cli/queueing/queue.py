@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from dmc41x3.i18n import phrase, translate
+from dmc41x3.i18n import PHRASE, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.queueing import text
@@ -90,10 +90,21 @@ def answer(choice: str | None, settings: OutputSettings) -> int:
         return output.answer({"question": None}, translate("No job asks a question.", settings.language), settings)
     if choice is None:
         if settings.json or not sys.stdin.isatty():
-            raise InvalidCommandLine(reason=phrase("{name} is missing", name="CHOICE"), command="maya queue answer")
+            raise InvalidCommandLine(
+                reason=phrase("{name} is missing: {choices}", name="CHOICE", choices=_one_of(question, settings)),
+                command="maya queue answer",
+            )
         prompt = f"{question['question']} ({', '.join(question['choices'])}): "
         choice = typed(prompt, question["choices"], settings.language)
-    return _told(requests.answer_question(choice, job=question["job"], index=question["index"]), settings)
+    request = requests.answer_question(choice, job=question["job"], index=question["index"])
+    view = client.ask(request, timeout=AT_REST)
+    return output.answer(view, translate("Answered: {choice}.", settings.language, choice=choice), settings)
+
+
+def _one_of(question: dict[str, Any], settings: OutputSettings) -> str:
+    """Return the choices of a question, as "left, middle or right"."""
+    *others, last = question["choices"]
+    return translate(" or ", settings.language, PHRASE).join([", ".join(others), last] if others else [last])
 
 
 def clear(settings: OutputSettings) -> int:

@@ -271,3 +271,27 @@ def test_in_spanish_it_is_answered_in_spanish(
     shown = printed(["--lang", "es", "queue", "recover"], capsys)
     assert "(sí, no)" in shown
     assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True})]
+
+
+QUESTION: dict[str, Any] = {
+    "job": 7, "index": 0, "question": "Which tray?", "choices": ["left", "middle", "right"], "open": True,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("language", "missing"),
+    [("en", "CHOICE is missing: left, middle or right. See"), ("es", ": left, middle o right. ")],
+)
+def test_an_answer_without_a_terminal_must_be_one_of_the_choices_that_it_names(
+    serve: Serve, capsys: pytest.CaptureFixture[str], language: str, missing: str
+) -> None:
+    service = serve(**{"/v1/queue": {**VIEW, "question": QUESTION}})
+    assert missing in printed(["--lang", language, "queue", "answer"], capsys, 2)
+    assert service.said == []
+
+
+def test_an_answer_is_confirmed(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
+    service = serve(**{"/v1/queue": {**VIEW, "question": QUESTION}, "/v1/queue/answer": VIEW})
+    assert printed(["queue", "answer", "left"], capsys) == "Answered: left.\n"
+    (asked,) = service.said
+    assert asked[2]["answer"] == "left"
