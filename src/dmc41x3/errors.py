@@ -282,6 +282,19 @@ class OtherDhcpServer(
     server: str
 
 
+class AddressTaken(
+    MachineError,
+    code=1016,
+    en="The controller at {address} has the hardware address {found}, not {mac}. Two devices use the same address."
+    " Nothing was burned. Switch {mac} off and on, and give it another address.",
+):
+    """Another controller answers at the address that a controller was given."""
+
+    address: str
+    found: str
+    mac: str
+
+
 class NotConnected(
     RequestError,
     code=1010,

@@ -15,7 +15,8 @@ from typing import NamedTuple
 from dmc41x3.address import NetworkAddress
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
-from dmc41x3.cli.network import IpChange, change_settings, identified, parse_address, parse_place
+from dmc41x3.cli.ipv4 import parse_mask, require_host, require_outside
+from dmc41x3.cli.network import IpChange, change_settings, identified, parse_place
 from dmc41x3.errors import AddressInUse, InvalidValue, NoAddressRequest, OtherDhcpServer, PortForbidden
 from dmc41x3.i18n import phrase, translate
 from dmc41x3.wire.bootp import NOWHERE, AddressRequest, DhcpKind, answer, parse_mac, parse_request
@@ -57,13 +58,16 @@ def assign(mac: str | None, address: str | None, options: AssignOptions, setting
     """
     named = None if mac is None else _mac(mac)
     place = None if address is None else parse_place(address)
-    mask = NOWHERE if options.mask is None else parse_address(options.mask, "--mask")
+    mask = NOWHERE if options.mask is None else parse_mask(options.mask)
+    if place is not None:
+        require_host(place[0], mask, "ADDRESS", place[0])
     with opened(options.port) as sock:
         if named is None or place is None:
             asking = _listed(sock, options.seconds, settings)
             if settings.json or not sys.stdin.isatty() or not asking:
                 return console.answer({"asking": asking}, _summary(asking, settings.language), settings)
             named, place = _chosen(asking, settings.language)
+            require_host(place[0], mask, "ADDRESS", place[0])
         serve(sock, named, place[0], mask, options.seconds)
     return _given(named, place, options, settings)
 
@@ -107,11 +111,15 @@ def _requests(sock: socket.socket, seconds: float) -> Iterator[_Heard]:
 
 
 def serve(sock: socket.socket, mac: str, address: IPv4Address, mask: IPv4Address, seconds: float) -> None:
-    """Answer one controller until it has its address; raises `NoAddressRequest` and `OtherDhcpServer`."""
+    """Answer one controller until it has its address.
+
+    Raises `NoAddressRequest`, `OtherDhcpServer`, and `InvalidValue` for an address of the loopback in a real network.
+    """
     for heard in _requests(sock, seconds):
         asked = heard.request
         if asked.mac != mac:
             continue
+        require_outside(address, heard.here.is_loopback, "ADDRESS")
         if asked.kind is DhcpKind.REQUEST and asked.server not in {NOWHERE, heard.here}:
             raise OtherDhcpServer(mac=mac, server=str(asked.server))
         if asked.kind is DhcpKind.REQUEST and asked.wanted not in {NOWHERE, address}:
@@ -167,7 +175,7 @@ def _given(mac: str, place: tuple[IPv4Address, int], options: AssignOptions, set
     address = NetworkAddress(str(place[0]), place[1])
     firmware = asyncio.run(_identified(address))
     if options.burn:
-        asyncio.run(change_settings(address, IpChange(dhcp=False, burn=True, yes=True), settings))
+        asyncio.run(change_settings(address, IpChange(dhcp=False, burn=True, yes=True), settings, mac))
     value = {"mac": mac, "address": str(address), "firmware": firmware, "burned": options.burn}
     lines = [translate("{mac} has the address {address}.", settings.language, mac=mac, address=place[0])]
     if firmware is None:

@@ -14,9 +14,11 @@ from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress, sp
 from dmc41x3.cli import console
 from dmc41x3.cli.connection import TIMEOUT, until_asked
 from dmc41x3.cli.console import OutputSettings, controller_address
+from dmc41x3.cli.ipv4 import is_mask, parse_address, parse_mask, require_host, require_outside
 from dmc41x3.driver import Driver
 from dmc41x3.errors import (
     AddressNotReached,
+    AddressTaken,
     CommandRejected,
     ConnectFailed,
     InvalidCommandLine,
@@ -273,20 +275,17 @@ def ip(host: str, change: IpChange, settings: OutputSettings) -> int:
     return console.answer(value, "\n".join(_ip_lines(found, place, change, settings)), settings)
 
 
-def parse_address(text: str, key: str) -> IPv4Address:
-    """Return an address like 192.168.1.20; raises `InvalidValue`."""
-    try:
-        return IPv4Address(text)
-    except ValueError as error:
-        raise InvalidValue(key=key, value=text, reason=phrase("it must be like 192.168.1.20")) from error
-
-
 async def change_settings(
-    place: ControllerAddress, change: IpChange, settings: OutputSettings
+    place: ControllerAddress, change: IpChange, settings: OutputSettings, mac: str | None = None
 ) -> tuple[IpSettings, ControllerAddress]:
-    """Change the network settings of a controller; return them, and where it is reached now. Raises as `ip`."""
+    """Change the network settings of a controller; return them, and where it is reached now.
+
+    If `mac` is given, only the controller with this hardware address is changed. Raises as `ip`.
+    """
     address = None if change.address is None else parse_address(change.address, "--set")
-    mask = None if change.mask is None else parse_address(change.mask, "--mask")
+    mask = None if change.mask is None else parse_mask(change.mask)
+    if address is not None and mask is not None:
+        require_host(address, mask, "--set", address)
     if change.dhcp and address is not None:
         reason = phrase("an address by DHCP cannot be set")
         raise InvalidCommandLine(reason=reason, command=f"{settings.site.command} ip")
@@ -295,13 +294,15 @@ async def change_settings(
         found = await read_settings(driver)
         if not change.anything:
             return found, place
+        _require_same(found.mac, mac or found.mac, place)
+        _require_usable(found, place, address, mask)
         await settings.site.require_free(driver, str(place))
         _confirm(found, place, address, change, settings)
         commands = _commands(found, address, mask, change.dhcp)
         if commands:
             await driver.batch(commands)
         if address is not None and address != found.address:
-            driver, place = await _moved(driver, place, address, found.serial_number)
+            driver, place = await _moved(driver, place, address, found.mac)
         if change.burn:
             await driver.send("BN", timeout=_BURN_TIME)
         return await read_settings(driver), place
@@ -309,23 +310,55 @@ async def change_settings(
         await driver.close()
 
 
+def _require_same(found: str, mac: str, place: ControllerAddress) -> None:
+    """Raise `AddressTaken` if the hardware address that was `found` is not `mac`."""
+    if found != mac:
+        raise AddressTaken(address=str(place), found=found, mac=mac)
+
+
+def _require_usable(
+    found: IpSettings, place: ControllerAddress, address: IPv4Address | None, mask: IPv4Address | None
+) -> None:
+    """Raise `InvalidValue` if nobody could reach the controller with its new address or its new mask."""
+    inside = isinstance(place, NetworkAddress) and _names_this_computer(place.host)
+    if address is not None:
+        require_outside(address, inside or found.address.is_loopback, "--set")
+    within = found.mask if mask is None else mask
+    if not is_mask(within):  # it was burned earlier
+        return
+    if address is not None:
+        require_host(address, within, "--set", address)
+    elif mask is not None and int(found.address):
+        require_host(found.address, mask, "--mask", mask)
+
+
+def _names_this_computer(host: str) -> bool:
+    return host == "localhost" or host.startswith("127.")
+
+
 async def read_settings(driver: Driver) -> IpSettings:
     """Return the network settings of a controller; only asks. Raises as `Driver.send`."""
-    listed = await driver.send("TH")
-    found = _TH.search(listed)
-    if found is None:
-        raise UnexpectedReply(command="TH", reply=listed[:80])
+    address, mac = await _addresses(driver)
     mask, dhcp, multicast = await driver.batch(["SM ?", "DH ?", "MU ?"])
     return IpSettings(
-        address=IPv4Address(".".join(found.groups()[:4])),
+        address=address,
         mask=_quad(mask, "SM ?"),
-        mac=found[5].lower().replace("-", ":"),
+        mac=mac,
         dhcp=float(dhcp) != 0.0,
         multicast=_quad(multicast, "MU ?"),
         retry=int(await driver.value("_IA1")),
         firmware=await driver.send(_FIRMWARE),
         serial_number=int(await driver.value("_BN")),
     )
+
+
+async def _addresses(driver: Driver) -> tuple[IPv4Address, str]:
+    """Return the address of a controller, and its hardware address in lower case with colons; raises as `send`."""
+    listed = await driver.send("TH")
+    found = _TH.search(listed)
+    if found is None:
+        raise UnexpectedReply(command="TH", reply=listed[:80])
+    return _quad(",".join(found.groups()[:4]), "TH"), found[5].lower().replace("-", ":")
 
 
 def _quad(text: str, command: str) -> IPv4Address:
@@ -351,7 +384,7 @@ def _commas(address: IPv4Address) -> str:
 
 
 async def _moved(
-    driver: Driver, place: ControllerAddress, address: IPv4Address, serial_number: int
+    driver: Driver, place: ControllerAddress, address: IPv4Address, mac: str
 ) -> tuple[Driver, ControllerAddress]:
     """Change the address and return a link to the controller there; by a serial port the link stays."""
     command = f"IA {_commas(address)}"
@@ -376,12 +409,14 @@ async def _moved(
             failure = error
             continue
         try:
-            if int(await moved.value("_BN")) == serial_number:
-                return moved, there
-            failure = UnexpectedReply(command="MG _BN", reply="…")
+            _, other = await _addresses(moved)
+            _require_same(other, mac, there)
+            return moved, there
         except MachineError as error:
             failure = error
         await moved.close()
+    if isinstance(failure, AddressTaken):
+        raise failure
     reason = str(failure) if failure is None else failure.details.get("reason", str(failure))
     raise AddressNotReached(address=str(there), reason=str(reason)) from failure
 

@@ -11,14 +11,17 @@ from ipaddress import IPv4Address, IPv4Interface
 
 import pytest
 
+from dmc41x3.address import parse
 from dmc41x3.cli import assign as assigning
 from dmc41x3.cli import network
 from dmc41x3.cli.console import OutputSettings
 from dmc41x3.cli.main import main
-from dmc41x3.errors import AddressInUse, InvalidValue, NoAddressRequest, OtherDhcpServer, PortForbidden
+from dmc41x3.errors import AddressInUse, AddressTaken, InvalidValue, NoAddressRequest, OtherDhcpServer, PortForbidden
+from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.bootp import AddressReply, AddressRequest, DhcpKind, parse_reply, request
 from tests.ports import free_port
 from tests.served_twin import served
+from tests.waiting import eventually
 
 MAC = "00:50:4c:08:01:1f"
 ADDRESS, MASK = IPv4Address("127.0.0.9"), IPv4Address("255.0.0.0")
@@ -95,6 +98,16 @@ def test_network_that_is_not_searched_is_refused(text: str) -> None:
     ("line", "code"),
     [
         (["--set", "nowhere", "--yes"], 4001),
+        (["--set", "0.0.0.0", "--yes"], 4001),
+        (["--set", "0.1.2.3", "--yes"], 4001),
+        (["--set", "224.0.0.1", "--yes"], 4001),
+        (["--set", "240.0.0.1", "--yes"], 4001),
+        (["--set", "255.255.255.255", "--yes"], 4001),
+        (["--set", "192.168.1.0", "--mask", "255.255.255.0", "--yes"], 4001),
+        (["--set", "192.168.1.255", "--mask", "255.255.255.0", "--yes"], 4001),
+        (["--mask", "255.255.255.255", "--yes"], 4001),
+        (["--mask", "1.2.3.4", "--burn", "--yes"], 4001),
+        (["--mask", "0.0.0.255", "--yes"], 4001),
         (["--mask", "300.0.0.0", "--yes"], 4001),
         (["--set", "127.0.0.2", "--dhcp", "--yes"], 4008),
         (["--burn"], 4008),
@@ -108,6 +121,48 @@ def test_wrong_change_is_refused_and_changes_nothing(
         assert main(["ip", twin.address, *line]) == 2
         assert f"error {code}" in capsys.readouterr().err
         assert twin.look(lambda machine: machine.unit.network) == before
+
+
+def test_present_mask_decides_whether_a_device_can_have_an_address(capsys: pytest.CaptureFixture[str]) -> None:
+    with served() as twin:
+        assert main(["ip", twin.address, "--mask", "255.255.255.0", "--yes"]) == 0
+        assert main(["ip", twin.address, "--set", "10.51.0.255", "--yes"]) == 2
+        assert "all devices of the network 10.51.0.0/24" in capsys.readouterr().err
+        assert twin.look(lambda machine: machine.unit.network.address) == (10, 51, 0, 87)
+
+
+def test_loopback_address_is_refused_to_a_controller_that_is_not_reached_by_it(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with served() as twin:
+        path = twin.do(lambda controller: controller.serve_serial())
+        assert main(["ip", path, "--set", "127.0.0.3", "--yes"]) == 2
+        assert "error 4001" in capsys.readouterr().err
+        assert twin.look(lambda machine: machine.unit.network.address) == (10, 51, 0, 87)
+
+
+def test_nothing_is_changed_if_another_controller_answers() -> None:
+    with served() as twin:
+        change = network.IpChange(dhcp=False, burn=True, yes=True)
+        with pytest.raises(AddressTaken, match=r"00:50:4c:08:01:1f.*not 00:50:4c:00:00:01") as refused:
+            asyncio.run(network.change_settings(parse(twin.address), change, OutputSettings(), "00:50:4c:00:00:01"))
+        assert refused.value.address == twin.address
+        assert not {"BN", "DH 0"} & {command for command, _ in twin.said}
+
+
+def test_nothing_is_burned_if_another_controller_has_the_new_address(capsys: pytest.CaptureFixture[str]) -> None:
+    with served() as moving, served() as other:
+        other.do(lambda controller: rename(controller, "00-50-4C-00-00-01"))
+        there = other.do(lambda controller: asyncio.ensure_future(controller.serve("127.0.0.4", moving.port)))
+        eventually(there.done, "a twin that listens")
+        assert main(["ip", moving.address, "--set", "127.0.0.4", "--burn", "--yes"]) == 1
+        assert "error 1016" in capsys.readouterr().err
+        assert "BN" not in {command for command, _ in (*moving.said, *other.said)}
+
+
+def rename(controller: VirtualController, mac: str) -> None:
+    unit = controller.machine.unit
+    unit.identity = unit.identity._replace(hardware_address=mac)
 
 
 @contextmanager
@@ -153,6 +208,18 @@ def test_answer_of_another_server_is_left_alone() -> None:
             asking.recv(2048)
 
 
+def test_controller_in_a_real_network_gets_no_loopback_address() -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking, socket.socket(type=socket.SOCK_DGRAM) as waiting:
+        waiting.bind(("127.0.0.1", 0))  # without the interface of a request it counts as one from a real network
+        asking.connect(waiting.getsockname())
+        asking.send(request(AddressRequest(MAC, 5)))
+        with pytest.raises(InvalidValue, match="only a twin"):
+            assigning.serve(waiting, MAC, ADDRESS, MASK, 5.0)
+        asking.setblocking(False)
+        with pytest.raises(BlockingIOError):
+            asking.recv(2048)
+
+
 def test_controller_that_does_not_ask_is_reported() -> None:
     with server() as (waiting, _), pytest.raises(NoAddressRequest, match=r"within 0\.01 s"):
         assigning.serve(waiting, MAC, ADDRESS, MASK, 0.01)
@@ -172,7 +239,19 @@ def test_port_for_root_is_refused_to_others(monkeypatch: pytest.MonkeyPatch) -> 
         assigning.opened(67)
 
 
-@pytest.mark.parametrize("line", [["xx", "10.0.0.1"], [MAC, "ten"], [MAC, "10.0.0.1", "--mask", "x"]])
+@pytest.mark.parametrize(
+    "line",
+    [
+        ["xx", "10.0.0.1"],
+        [MAC, "ten"],
+        [MAC, "0.0.0.0"],
+        [MAC, "224.0.0.1"],
+        [MAC, "255.255.255.255"],
+        [MAC, "10.0.0.1", "--mask", "x"],
+        [MAC, "10.0.0.1", "--mask", "1.2.3.4"],
+        [MAC, "10.0.0.255", "--mask", "255.255.255.0"],
+    ],
+)
 def test_wrong_assignment_is_refused(line: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assign", *line, "--port", str(free_port())]) == 2
     assert "error 4001" in capsys.readouterr().err
