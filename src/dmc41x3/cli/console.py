@@ -241,6 +241,15 @@ def say(text: str) -> None:
     _print(f"{text}\n")
 
 
+def typed(question: str) -> str:
+    """Return the line that a person types, without surrounding blanks; the end of the input is an empty line."""
+    try:
+        return input(question).strip()
+    except EOFError:
+        say("")
+        return ""
+
+
 def emit(value: object) -> None:
     """Print `value` as JSON; its keys are stable."""
     _print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str) + "\n")

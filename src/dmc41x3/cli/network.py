@@ -445,7 +445,7 @@ def _confirm(
         question += " " + translate("Its address becomes {address}.", settings.language, address=address)
     if change.burn:
         question += " " + translate("BN burns all its present settings.", settings.language)
-    if input(f"{question} [y/N] ").strip().lower() not in {"y", "yes", "s", "sí", "si"}:
+    if console.typed(f"{question} [y/N] ").lower() not in {"y", "yes", "s", "sí", "si"}:
         raise InvalidCommandLine(reason=phrase("nothing was changed"), command=command)
 
 

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+import io
+import os
 import socket
+import struct
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,6 +28,8 @@ from tests.served_twin import served
 from tests.waiting import eventually
 
 MAC = "00:50:4c:08:01:1f"
+END_OF_INPUT = b"\x04"
+"""Ctrl-D."""
 ADDRESS, MASK = IPv4Address("127.0.0.9"), IPv4Address("255.0.0.0")
 
 
@@ -198,6 +204,23 @@ def test_named_controller_gets_its_address(dhcp: bool) -> None:
             asking.recv(2048)
 
 
+def datagram(source_port: int, port: int, data: bytes) -> bytes:
+    """Return a UDP header with data; it may have the source port 0, which no socket of the system sends."""
+    return struct.pack("!HHHH", source_port, port, 8 + len(data), 0) + data
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may send a datagram with the source port 0")
+def test_request_that_cannot_be_answered_ends_nothing(caplog: pytest.LogCaptureFixture) -> None:
+    with server() as (waiting, asking), socket.socket(socket.AF_INET, socket.SOCK_RAW, socket.IPPROTO_UDP) as raw:
+        port = waiting.getsockname()[1]
+        asked = request(AddressRequest(MAC, 5))
+        raw.sendto(datagram(0, port, asked), ("127.0.0.1", 0))
+        asking.send(request(AddressRequest(MAC, 6)))
+        assigning.serve(waiting, MAC, ADDRESS, MASK, 5.0)
+        assert answers(asking, 1) == [AddressReply(MAC, 6, ADDRESS, IPv4Address("127.0.0.1"), MASK, DhcpKind.NONE)]
+    assert "127.0.0.1:0" in caplog.text
+
+
 def test_answer_of_another_server_is_left_alone() -> None:
     with server() as (waiting, asking):
         asking.send(request(AddressRequest(MAC, 5, DhcpKind.REQUEST, IPv4Address("10.0.0.1"), ADDRESS)))
@@ -250,8 +273,63 @@ def test_port_for_root_is_refused_to_others(monkeypatch: pytest.MonkeyPatch) -> 
         [MAC, "10.0.0.1", "--mask", "x"],
         [MAC, "10.0.0.1", "--mask", "1.2.3.4"],
         [MAC, "10.0.0.255", "--mask", "255.255.255.0"],
+        *([MAC, "10.0.0.1", "--for", seconds] for seconds in ("0", "-1", "nan", "inf", "1e10", "1e300")),
     ],
 )
 def test_wrong_assignment_is_refused(line: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["assign", *line, "--port", str(free_port())]) == 2
     assert "error 4001" in capsys.readouterr().err
+
+
+def test_hardware_address_alone_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["assign", MAC, "--port", str(free_port())]) == 2
+    assert f"ADDRESS is missing: write `dmc assign {MAC} 192.168.1.20`" in capsys.readouterr().err
+
+
+@contextmanager
+def typing(data: bytes, *names: str) -> Iterator[None]:
+    """Let a terminal stand for these standard streams; a person has typed `data`."""
+    ours, theirs = os.openpty()
+    os.write(ours, data)
+    with os.fdopen(theirs, "r+b", buffering=0) as terminal, pytest.MonkeyPatch.context() as patch:
+        for name in names:
+            patch.setattr(sys, name, io.TextIOWrapper(io.FileIO(terminal.fileno(), "r+", closefd=False)))
+        yield
+    os.close(ours)
+
+
+def test_end_of_input_at_the_question_of_a_change_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with served() as twin:
+        with typing(END_OF_INPUT, "stdin", "stdout"):
+            assert main(["ip", twin.address, "--no-dhcp", "--burn"]) == 2
+        assert "nothing was changed" in capsys.readouterr().err
+        assert not {"BN", "DH 0"} & {command for command, _ in twin.said}
+
+
+@pytest.mark.parametrize("typed", [END_OF_INPUT, b"\n"])
+def test_person_who_chooses_no_address_ends_the_command(typed: bytes, capsys: pytest.CaptureFixture[str]) -> None:
+    port = free_port()
+    with asking_at(port), typing(typed, "stdin"):
+        assert main(["assign", "--port", str(port), "--for", "10"]) == 0
+    said = capsys.readouterr().out
+    assert f"1  {MAC}" in said
+    assert "`dmc assign MAC ADDRESS`" in said
+
+
+@contextmanager
+def asking_at(port: int) -> Iterator[None]:
+    """Ask for an address, as a controller does, again and again while the block runs."""
+    over = threading.Event()
+
+    def ask() -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+            while not over.wait(0.05):
+                asking.sendto(request(AddressRequest(MAC, 5)), ("127.0.0.1", port))
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
