@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -236,6 +237,17 @@ def tolerate_any_terminal() -> None:
             stream.reconfigure(errors="replace")
 
 
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def visible(text: str) -> str:
+    r"""Return a text of another device with codes like \x1b for control characters, which a terminal would execute.
+
+    Tabs and line feeds stay.
+    """
+    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
 def say(text: str) -> None:
     """Print one line for people, in one piece, so that a reader never sees half of it."""
     _print(f"{text}\n")
@@ -303,7 +315,7 @@ def _print_error(error: CodedError, settings: OutputSettings, program: str) -> N
         emit({"error": {"code": error.code, "message": text, "details": details}})
     else:
         with suppress(OSError):  # standard error is not writable
-            print(f"{program}: error {error.code}: {text}", file=sys.stderr, flush=True)
+            print(visible(f"{program}: error {error.code}: {text}"), file=sys.stderr, flush=True)
 
 
 def exit_code(code: int) -> int:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress, split
 from dmc41x3.cli import console
 from dmc41x3.cli.connection import TIMEOUT, until_asked
-from dmc41x3.cli.console import OutputSettings, controller_address
+from dmc41x3.cli.console import OutputSettings, controller_address, visible
 from dmc41x3.cli.ipv4 import is_mask, parse_address, parse_mask, require_host, require_outside
 from dmc41x3.driver import Driver
 from dmc41x3.errors import (
@@ -39,7 +39,7 @@ PATIENCE = 1.0
 """Longest wait for a host to connect, and for its answer [s]."""
 
 _FIRMWARE = "\x12\x16"
-_IDENTITY = re.compile(rb"(DMC\w+ Rev [^\r\n]+)\r\n")
+_IDENTITY = re.compile(rb"(DMC\w+ Rev [ -~]+)\r\n")
 _LONGEST_ANSWER = 512
 
 
@@ -152,7 +152,7 @@ async def identified(host: str, port: int) -> str | None:
     finally:
         writer.close()
     found = _IDENTITY.search(answer)
-    return None if found is None else found[1].decode("ascii", "replace")
+    return None if found is None else found[1].decode("ascii")
 
 
 def _hardware(host: str) -> str | None:
@@ -168,7 +168,7 @@ def _ports(ask: bool) -> Iterator[FoundPort]:
     from serial.tools.list_ports import comports
 
     for port in comports():
-        yield FoundPort(port.device, port.description, firmware_at(port.device) if ask else None)
+        yield FoundPort(port.device, visible(port.description), firmware_at(port.device) if ask else None)
 
 
 def firmware_at(path: str) -> str | None:
@@ -189,7 +189,7 @@ def firmware_at(path: str) -> str | None:
     finally:
         port.close()
     found = _IDENTITY.search(answer)
-    return None if found is None else found[1].decode("ascii", "replace")
+    return None if found is None else found[1].decode("ascii")
 
 
 class _Counter:
@@ -347,9 +347,17 @@ async def read_settings(driver: Driver) -> IpSettings:
         dhcp=float(dhcp) != 0.0,
         multicast=_quad(multicast, "MU ?"),
         retry=int(await driver.value("_IA1")),
-        firmware=await driver.send(_FIRMWARE),
+        firmware=await _firmware(driver),
         serial_number=int(await driver.value("_BN")),
     )
+
+
+async def _firmware(driver: Driver) -> str:
+    """Return the firmware line; raises `UnexpectedReply` for one with control characters, which a terminal executes."""
+    line = await driver.send(_FIRMWARE)
+    if not line.isprintable():
+        raise UnexpectedReply(command=_FIRMWARE, reply=line[:80])
+    return line
 
 
 async def _addresses(driver: Driver) -> tuple[IPv4Address, str]:

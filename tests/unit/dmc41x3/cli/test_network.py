@@ -18,7 +18,7 @@ import pytest
 from dmc41x3.address import parse
 from dmc41x3.cli import assign as assigning
 from dmc41x3.cli import network
-from dmc41x3.cli.console import OutputSettings
+from dmc41x3.cli.console import OutputSettings, complain
 from dmc41x3.cli.main import main
 from dmc41x3.errors import AddressInUse, AddressTaken, InvalidValue, NoAddressRequest, OtherDhcpServer, PortForbidden
 from dmc41x3.twin.wire.server import VirtualController
@@ -57,6 +57,8 @@ def listener(answer: bytes) -> Iterator[tuple[int, list[bytes]]]:
         (b" DMC4133 Rev 1.3k\r\n:", "DMC4133 Rev 1.3k"),
         (b"\xff\xfd\x18DMC4183 Rev 1.3h\r\n:", "DMC4183 Rev 1.3h"),
         (b"login: ", None),
+        (b"DMC4133 Rev \x1b[2Jhello\r\n:", None),
+        (b"DMC4133 Rev 1.3\xff\r\n:", None),
         (b"x" * 2000, None),
     ],
 )
@@ -158,7 +160,7 @@ def test_nothing_is_changed_if_another_controller_answers() -> None:
 
 def test_nothing_is_burned_if_another_controller_has_the_new_address(capsys: pytest.CaptureFixture[str]) -> None:
     with served() as moving, served() as other:
-        other.do(lambda controller: rename(controller, "00-50-4C-00-00-01"))
+        other.do(lambda controller: identify_as(controller, hardware_address="00-50-4C-00-00-01"))
         there = other.do(lambda controller: asyncio.ensure_future(controller.serve("127.0.0.4", moving.port)))
         eventually(there.done, "a twin that listens")
         assert main(["ip", moving.address, "--set", "127.0.0.4", "--burn", "--yes"]) == 1
@@ -166,9 +168,27 @@ def test_nothing_is_burned_if_another_controller_has_the_new_address(capsys: pyt
         assert "BN" not in {command for command, _ in (*moving.said, *other.said)}
 
 
-def rename(controller: VirtualController, mac: str) -> None:
+def identify_as(controller: VirtualController, **identity: str) -> None:
     unit = controller.machine.unit
-    unit.identity = unit.identity._replace(hardware_address=mac)
+    unit.identity = unit.identity._replace(**identity)
+
+
+CLEAR = "\x1b[2J"
+"""Control characters that clear a terminal."""
+
+
+def test_control_characters_of_a_controller_are_not_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    with served() as twin:
+        twin.do(lambda controller: identify_as(controller, firmware=f"DMC4133 Rev {CLEAR}"))
+        assert main(["ip", twin.address]) == 1
+    shown = capsys.readouterr()
+    assert "error 1006" in shown.err
+    assert CLEAR not in shown.out + shown.err
+
+
+def test_control_characters_in_an_error_are_shown_as_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    complain(InvalidValue(key="x", value=f"a{CLEAR}", reason="it is\r\x9bbad"), OutputSettings())
+    assert r"x = a\x1b[2J is not valid: it is\x0d\x9bbad." in capsys.readouterr().err
 
 
 @contextmanager
