@@ -18,7 +18,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
-from dmc41x3.address import REAL, ControllerAddress, parse
+from dmc41x3.address import REAL, ControllerAddress, is_serial, parse
 from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
 from dmc41x3.i18n import LANGUAGES, phrase
 
@@ -47,14 +47,15 @@ def clock_factor(speed: float | None) -> float:
 def controller_address(text: str, key: str = "--address", words: str = REAL) -> ControllerAddress:
     """Return the place that HOST, HOST:PORT or a serial port names.
 
-    Raises `InvalidValue`, whose text also names the other accepted `words`.
+    Raises `InvalidValue`, whose text also names the other accepted `words`, except for a serial port.
     """
     try:
         return parse(text)
     except ValueError as error:
-        raise InvalidValue(
-            key=key, value=repr(text), reason=phrase("where it is not {words}, {error}", words=words, error=error)
-        ) from error
+        reason = str(error)
+        if not is_serial(text):
+            reason = phrase("where it is not {words}, {error}", words=words, error=error)
+        raise InvalidValue(key=key, value=repr(text), reason=reason) from error
 
 
 ADDRESS = "DMC_ADDRESS"

@@ -41,6 +41,8 @@ PATIENCE = 1.0
 _FIRMWARE = "\x12\x16"
 _IDENTITY = re.compile(rb"(DMC\w+ Rev [ -~]+)\r\n")
 _LONGEST_ANSWER = 512
+_UNNAMED = "n/a"
+"""The description by pyserial of a port without one."""
 
 
 class FoundController(NamedTuple):
@@ -223,7 +225,9 @@ def _listing(
         names = ", ".join(map(str, asked)) or "–"
         yield translate("No controller answers in {networks}.", language, networks=names)
     for port in ports:
-        yield "  ".join(filter(None, (port.path, port.firmware or port.description)))
+        named = port.description not in {"", _UNNAMED}
+        name = port.description if named else translate("no name", language)
+        yield f"{port.path}  {port.firmware or name}"
 
 
 _TH = re.compile(r"IP ADDRESS (\d+),(\d+),(\d+),(\d+) ETHERNET ADDRESS ([0-9A-Fa-f-]{17})")
@@ -287,7 +291,7 @@ async def change_settings(
     if address is not None and mask is not None:
         require_host(address, mask, "--set", address)
     if change.dhcp and address is not None:
-        reason = phrase("an address by DHCP cannot be set")
+        reason = phrase("--set and --dhcp exclude each other: with DHCP, the server chooses the address")
         raise InvalidCommandLine(reason=reason, command=f"{settings.site.command} ip")
     driver = await Driver.open(await connect(place, TIMEOUT), timeout=TIMEOUT)
     try:

@@ -12,8 +12,10 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ipaddress import IPv4Address, IPv4Interface
+from pathlib import Path
 
 import pytest
+from serial.tools.list_ports_common import ListPortInfo
 
 from dmc41x3.address import parse
 from dmc41x3.cli import assign as assigning
@@ -171,6 +173,30 @@ def test_nothing_is_burned_if_another_controller_has_the_new_address(capsys: pyt
 def identify_as(controller: VirtualController, **identity: str) -> None:
     unit = controller.machine.unit
     unit.identity = unit.identity._replace(**identity)
+
+
+def test_speed_of_a_serial_port_is_refused_by_the_speeds_that_exist(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["send", "/dev/ttyUSB0@12345", "TP"]) == 2
+    assert "is not valid: the speed after @ must be" in capsys.readouterr().err
+
+
+def test_missing_com_port_is_reported_with_its_path(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("DMC_COM250", str(tmp_path / "port"))
+    assert main(["send", "COM250", "TP"]) == 1
+    said = capsys.readouterr().err
+    assert f"The serial port {tmp_path / 'port'} cannot be opened" in said
+    assert "COM250 means this port" in said
+    assert "$DMC_COM250" in said
+
+
+def test_port_without_a_description_has_no_name(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("serial.tools.list_ports.comports", lambda: [ListPortInfo("/dev/ttyS0")])
+    assert main(["find", "127.0.0.0/30", "--port", str(free_port())]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "/dev/ttyS0  no name"
 
 
 CLEAR = "\x1b[2J"
