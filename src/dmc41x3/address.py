@@ -32,6 +32,7 @@ BAUDS = (9600, 19200, 38400, 57600, 115200)
 _SERIAL = re.compile(r"(?P<path>/[^@\s]+|COM[0-9]{1,3})(?:(?:@|\s+(?:-b|--baud)[\s=])\s*(?P<baud>[0-9]{1,7}))?")
 _SERIAL_BEGIN = re.compile(r"/|COM[0-9]+(?![\w.-])")
 _COM = re.compile(r"COM([0-9]+)")
+_TTY = re.compile(r"/dev/ttyS([0-9]+)")
 
 
 class NetworkAddress(NamedTuple):
@@ -69,15 +70,20 @@ def parse(address: str) -> ControllerAddress:
 
     Raises `ValueError` with the reason in words; `sim` and `real` are no places.
     """
-    if _SERIAL_BEGIN.match(address) is None:
+    if not is_serial(address):
         return NetworkAddress(*split(address))
     found = _SERIAL.fullmatch(address.strip())
     if found is None:
         raise ValueError(phrase("a serial port must be PATH or PATH@BAUD"))
     baud = int(found["baud"] or BAUD)
     if baud not in BAUDS:
-        raise ValueError(phrase("the speed of a serial port must be one of {choices}", choices=_choices()))
+        raise ValueError(_wrong_speed("@" if "@" in address else "--baud"))
     return SerialAddress(device(found["path"]), baud)
+
+
+def is_serial(address: str) -> bool:
+    """Return whether an address begins like that of a serial port; the rest may be wrong."""
+    return _SERIAL_BEGIN.match(address) is not None
 
 
 def device(name: str) -> str:
@@ -86,6 +92,14 @@ def device(name: str) -> str:
     if com is None:
         return name
     return os.environ.get(f"DMC_{name}") or f"/dev/ttyS{max(int(com[1]) - 1, 0)}"
+
+
+def com_port(path: str) -> str | None:
+    """Return the name COMn that means a path (see `device`), None without one."""
+    port = _TTY.fullmatch(path)
+    usual = f"COM{int(port[1]) + 1}" if port else ""
+    named = [name.removeprefix("DMC_") for name, place in os.environ.items() if place == path]
+    return next((name for name in (*named, usual) if _COM.fullmatch(name) and device(name) == path), None)
 
 
 def split(address: str) -> tuple[str, int]:
@@ -114,5 +128,6 @@ def _is_ipv4(host: str) -> bool:
     return len(parts) == 4 and all(part.isdigit() and int(part) < 256 for part in parts)
 
 
-def _choices() -> str:
-    return ", ".join(map(str, BAUDS))
+def _wrong_speed(mark: str) -> str:
+    *others, last = map(str, BAUDS)
+    return phrase("the speed after {mark} must be {speeds} or {last}", mark=mark, speeds=", ".join(others), last=last)

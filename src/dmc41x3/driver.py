@@ -16,7 +16,6 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 from dmc41x3.errors import (
     CodedError,
     CommandRejected,
-    ConnectFailed,
     InternalError,
     InvalidValue,
     LinkLost,
@@ -24,6 +23,7 @@ from dmc41x3.errors import (
     MachineError,
     NotConnected,
     UnexpectedReply,
+    ended,
 )
 from dmc41x3.i18n import phrase
 from dmc41x3.language import transfer
@@ -389,10 +389,8 @@ class Driver:
     def _lose(self, reason: MachineError) -> None:
         if self.lost.done() or (self._closing and not self._sent):
             return
-        if isinstance(reason, LinkLost) and not self._heard:
-            reason = ConnectFailed(
-                address=reason.address, reason=reason.reason
-            )  # no controller answered, so no axis moves because of this link
+        if isinstance(reason, LinkLost):
+            reason = ended(reason.address, reason.reason, heard=self._heard)
         self.lost.set_result(reason)
         if self._reader is not None and self._reader is not asyncio.current_task(self._loop):
             self._reader.cancel()

@@ -171,6 +171,20 @@ class SerialPortUnavailable(ConnectFailed, code=1012, en="The serial port {addre
     """A serial port is missing, forbidden to this user, or used by another program."""
 
 
+class EndedUnanswered(
+    ConnectFailed,
+    code=1017,
+    en="The device at {address} ended the connection before it answered ({reason}). It may be no Galil controller, or"
+    " have no free handle (TH). Find the controllers with `dmc find`, or end a program that is connected to this one.",
+):
+    """A device ended the connection without an answer, so that no axis moves because of this connection."""
+
+
+def ended(address: str, reason: str, *, heard: bool) -> MachineError:
+    """Return the error of a connection that ended by itself; `heard` tells whether the device ever sent anything."""
+    return LinkLost(address=address, reason=reason) if heard else EndedUnanswered(address=address, reason=reason)
+
+
 class LinkTimeout(
     MachineError,
     code=1003,
@@ -280,6 +294,19 @@ class OtherDhcpServer(
 
     mac: str
     server: str
+
+
+class AddressTaken(
+    MachineError,
+    code=1016,
+    en="The controller at {address} has the hardware address {found}, not {mac}. Two devices use the same address."
+    " Nothing was burned. Switch {mac} off and on, and give it another address.",
+):
+    """Another controller answers at the address that a controller was given."""
+
+    address: str
+    found: str
+    mac: str
 
 
 class NotConnected(

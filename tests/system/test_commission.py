@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from itertools import product
+from collections.abc import Iterator
+from itertools import count, product
 from pathlib import Path
 
 import pytest
@@ -113,6 +114,35 @@ def test_a_mistake_in_the_wiring_is_named_before_anything_moves_further_than_ann
 ) -> None:
     for case in range(campaign.size(ci=1, long=20)):
         named(kind, campaign.rng(case).randrange(1000), Config())
+
+
+@pytest.mark.parametrize(
+    ("part", "advice"),
+    [
+        ("a", "If they are as intended, scale.pulses_per_degree must be about {scale} counts/°."),
+        (
+            "c",
+            "If they are as intended, scale.pulses_per_metre (it holds for lines b and c, so both need the same"
+            " resolution) must be about {scale} counts/m.",
+        ),
+    ],
+)
+def test_wrong_scale_is_reported_with_the_key_to_change(part: str, advice: str) -> None:
+    def faults() -> Iterator[tuple[int, WiringFault]]:
+        return ((seed, faulty(Config(), seed, "encoder_factor")) for seed in count())
+
+    async def commissioned() -> Bench:
+        seed, fault = next((seed, fault) for seed, fault in faults() if fault.part.split()[0] == part)
+        on = bench(Config(), fault.truth, seed=seed)
+        await on.run(home=False)
+        await on.twin.controller.close()
+        return on
+
+    ((_, sentence),) = run_virtual(commissioned()).progress.results[f"direction.{part}"].errors
+    before, about, after = advice.partition("{scale}")
+    assert about
+    assert f"Check resolution and gear of axis {part}. {before}" in sentence
+    assert sentence.endswith(after)
 
 
 def test_mistakes_of_other_machines_are_named(campaign: Campaign) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import errno
+import logging
 import socket
 import struct
 import sys
@@ -15,10 +16,23 @@ from typing import NamedTuple
 from dmc41x3.address import NetworkAddress
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
-from dmc41x3.cli.network import IpChange, change_settings, identified, parse_address, parse_place
-from dmc41x3.errors import AddressInUse, InvalidValue, NoAddressRequest, OtherDhcpServer, PortForbidden
+from dmc41x3.cli.ipv4 import parse_mask, require_host, require_outside
+from dmc41x3.cli.network import IpChange, change_settings, identified, parse_place
+from dmc41x3.errors import (
+    AddressInUse,
+    InvalidCommandLine,
+    InvalidValue,
+    NoAddressRequest,
+    OtherDhcpServer,
+    PortForbidden,
+)
 from dmc41x3.i18n import phrase, translate
 from dmc41x3.wire.bootp import NOWHERE, AddressRequest, DhcpKind, answer, parse_mac, parse_request
+
+LONGEST = 86_400.0
+"""Longest wait for requests [s]: a day."""
+
+_log = logging.getLogger(__name__)
 
 _PKTINFO = 8
 """IP_PKTINFO of Linux, which Python does not name: the interface of a datagram, and its address there."""
@@ -32,7 +46,7 @@ _ATTEMPTS, _PAUSE = 12, 0.25
 
 
 class AssignOptions(NamedTuple):
-    """The options of the command line; `seconds` is the longest wait [s]."""
+    """The options of the command line; `seconds` is the longest wait [s], above 0 and at most `LONGEST`."""
 
     mask: str | None = None
     port: int = 67
@@ -52,20 +66,40 @@ class _Heard(NamedTuple):
 def assign(mac: str | None, address: str | None, options: AssignOptions, settings: OutputSettings) -> int:
     """Give `address` to the controller with the hardware address `mac`, or list controllers that ask, and let choose.
 
-    Only requests of that controller are answered. Raises `InvalidValue`, `PortForbidden`, `AddressInUse`,
-    `NoAddressRequest`, `OtherDhcpServer`, and for a burn the errors of the link.
+    Only requests of that controller are answered. Raises `InvalidCommandLine` for `mac` without `address`,
+    `InvalidValue`, `PortForbidden`, `AddressInUse`, `NoAddressRequest`, `OtherDhcpServer`, and for a burn the errors of
+    the link.
     """
+    if not 0.0 < options.seconds <= LONGEST:
+        reason = phrase("it must be above 0 and at most {most:g} s", most=LONGEST)
+        raise InvalidValue(key="--for", value=options.seconds, reason=reason)
     named = None if mac is None else _mac(mac)
     place = None if address is None else parse_place(address)
-    mask = NOWHERE if options.mask is None else parse_address(options.mask, "--mask")
+    mask = NOWHERE if options.mask is None else parse_mask(options.mask)
+    if place is not None:
+        require_host(place[0], mask, "ADDRESS", place[0])
+    if named is not None and place is None:
+        raise _incomplete(named, settings)
     with opened(options.port) as sock:
         if named is None or place is None:
             asking = _listed(sock, options.seconds, settings)
-            if settings.json or not sys.stdin.isatty() or not asking:
+            chosen = None if settings.json or not sys.stdin.isatty() else _chosen(asking, settings.language)
+            if chosen is None:
                 return console.answer({"asking": asking}, _summary(asking, settings.language), settings)
-            named, place = _chosen(asking, settings.language)
+            named, place = chosen
+            require_host(place[0], mask, "ADDRESS", place[0])
         serve(sock, named, place[0], mask, options.seconds)
     return _given(named, place, options, settings)
+
+
+def _incomplete(mac: str, settings: OutputSettings) -> InvalidCommandLine:
+    command = f"{settings.site.command} assign"
+    reason = phrase(
+        "ADDRESS is missing: write `{command} {mac} 192.168.1.20`, or leave out both to list the controllers that ask",
+        command=command,
+        mac=mac,
+    )
+    return InvalidCommandLine(reason=reason, command=command)
 
 
 def _mac(text: str) -> str:
@@ -107,19 +141,35 @@ def _requests(sock: socket.socket, seconds: float) -> Iterator[_Heard]:
 
 
 def serve(sock: socket.socket, mac: str, address: IPv4Address, mask: IPv4Address, seconds: float) -> None:
-    """Answer one controller until it has its address; raises `NoAddressRequest` and `OtherDhcpServer`."""
+    """Answer one controller until it has its address.
+
+    Raises `NoAddressRequest`, `OtherDhcpServer`, and `InvalidValue` for an address of the loopback in a real network.
+    """
     for heard in _requests(sock, seconds):
         asked = heard.request
         if asked.mac != mac:
             continue
+        require_outside(address, heard.here.is_loopback, "ADDRESS")
         if asked.kind is DhcpKind.REQUEST and asked.server not in {NOWHERE, heard.here}:
             raise OtherDhcpServer(mac=mac, server=str(asked.server))
         if asked.kind is DhcpKind.REQUEST and asked.wanted not in {NOWHERE, address}:
             continue  # it remembers another address; without an answer it sends a DISCOVER
-        _send(sock, heard, answer(asked, address, mask, heard.here))
+        if not _sent(sock, heard, answer(asked, address, mask, heard.here)):
+            continue
         if asked.kind is not DhcpKind.DISCOVER:
             return
     raise NoAddressRequest(mac=mac, seconds=f"{seconds:g}")
+
+
+def _sent(sock: socket.socket, heard: _Heard, data: bytes) -> bool:
+    """Return whether the system sent an answer; if it refuses, as for port 0, the log says why."""
+    try:
+        _send(sock, heard, data)
+    except OSError as error:
+        host, port = heard.source
+        _log.warning("no answer could be sent to %s:%d: %s", host, port, error.strerror)
+        return False
+    return True
 
 
 def _send(sock: socket.socket, heard: _Heard, data: bytes) -> None:
@@ -156,10 +206,12 @@ def _summary(asking: list[str], language: str) -> str:
     return translate("No controller asked for an address.", language)
 
 
-def _chosen(asking: list[str], language: str) -> tuple[str, tuple[IPv4Address, int]]:
-    mac = asking[0]
-    address = input(translate("Address for {mac}: ", language, mac=mac)).strip()
-    return mac, parse_place(address)
+def _chosen(asking: list[str], language: str) -> tuple[str, tuple[IPv4Address, int]] | None:
+    """Return the first controller and the address that a person types for it; None without one."""
+    if not asking:
+        return None
+    address = console.typed(translate("Address for {mac}: ", language, mac=asking[0]))
+    return (asking[0], parse_place(address)) if address else None
 
 
 def _given(mac: str, place: tuple[IPv4Address, int], options: AssignOptions, settings: OutputSettings) -> int:
@@ -167,7 +219,7 @@ def _given(mac: str, place: tuple[IPv4Address, int], options: AssignOptions, set
     address = NetworkAddress(str(place[0]), place[1])
     firmware = asyncio.run(_identified(address))
     if options.burn:
-        asyncio.run(change_settings(address, IpChange(dhcp=False, burn=True, yes=True), settings))
+        asyncio.run(change_settings(address, IpChange(dhcp=False, burn=True, yes=True), settings, mac))
     value = {"mac": mac, "address": str(address), "firmware": firmware, "burned": options.burn}
     lines = [translate("{mac} has the address {address}.", settings.language, mac=mac, address=place[0])]
     if firmware is None:

@@ -226,7 +226,7 @@ def assign(
     ] = None,
     mask: Annotated[str | None, typer.Option(metavar="MASK", help="subnet mask, like 255.255.255.0")] = None,
     burn: Annotated[bool, typer.Option("--burn", help="burn the address (DH 0, BN): it then needs no server")] = False,
-    seconds: Annotated[float, typer.Option("--for", metavar="SECONDS", min=0.1, help="longest wait in s")] = 60.0,
+    seconds: Annotated[float, typer.Option("--for", metavar="SECONDS", help="longest wait in s")] = 60.0,
     port: Annotated[int, typer.Option(metavar="PORT", min=1, max=65535, help="port of the server")] = 67,
 ) -> int:
     """Give an address to a controller that has none, by BOOTP or DHCP.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -17,7 +18,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
-from dmc41x3.address import REAL, ControllerAddress, parse
+from dmc41x3.address import REAL, ControllerAddress, is_serial, parse
 from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
 from dmc41x3.i18n import LANGUAGES, phrase
 
@@ -46,14 +47,15 @@ def clock_factor(speed: float | None) -> float:
 def controller_address(text: str, key: str = "--address", words: str = REAL) -> ControllerAddress:
     """Return the place that HOST, HOST:PORT or a serial port names.
 
-    Raises `InvalidValue`, whose text also names the other accepted `words`.
+    Raises `InvalidValue`, whose text also names the other accepted `words`, except for a serial port.
     """
     try:
         return parse(text)
     except ValueError as error:
-        raise InvalidValue(
-            key=key, value=repr(text), reason=phrase("where it is not {words}, {error}", words=words, error=error)
-        ) from error
+        reason = str(error)
+        if not is_serial(text):
+            reason = phrase("where it is not {words}, {error}", words=words, error=error)
+        raise InvalidValue(key=key, value=repr(text), reason=reason) from error
 
 
 ADDRESS = "DMC_ADDRESS"
@@ -236,9 +238,29 @@ def tolerate_any_terminal() -> None:
             stream.reconfigure(errors="replace")
 
 
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def visible(text: str) -> str:
+    r"""Return a text of another device with codes like \x1b for control characters, which a terminal would execute.
+
+    Tabs and line feeds stay.
+    """
+    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
 def say(text: str) -> None:
     """Print one line for people, in one piece, so that a reader never sees half of it."""
     _print(f"{text}\n")
+
+
+def typed(question: str) -> str:
+    """Return the line that a person types, without surrounding blanks; the end of the input is an empty line."""
+    try:
+        return input(question).strip()
+    except EOFError:
+        say("")
+        return ""
 
 
 def emit(value: object) -> None:
@@ -294,7 +316,7 @@ def _print_error(error: CodedError, settings: OutputSettings, program: str) -> N
         emit({"error": {"code": error.code, "message": text, "details": details}})
     else:
         with suppress(OSError):  # standard error is not writable
-            print(f"{program}: error {error.code}: {text}", file=sys.stderr, flush=True)
+            print(visible(f"{program}: error {error.code}: {text}"), file=sys.stderr, flush=True)
 
 
 def exit_code(code: int) -> int:

@@ -13,10 +13,12 @@ from typing import NamedTuple
 from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress, split
 from dmc41x3.cli import console
 from dmc41x3.cli.connection import TIMEOUT, until_asked
-from dmc41x3.cli.console import OutputSettings, controller_address
+from dmc41x3.cli.console import OutputSettings, controller_address, visible
+from dmc41x3.cli.ipv4 import is_mask, parse_address, parse_mask, require_host, require_outside
 from dmc41x3.driver import Driver
 from dmc41x3.errors import (
     AddressNotReached,
+    AddressTaken,
     CommandRejected,
     ConnectFailed,
     InvalidCommandLine,
@@ -37,8 +39,10 @@ PATIENCE = 1.0
 """Longest wait for a host to connect, and for its answer [s]."""
 
 _FIRMWARE = "\x12\x16"
-_IDENTITY = re.compile(rb"(DMC\w+ Rev [^\r\n]+)\r\n")
+_IDENTITY = re.compile(rb"(DMC\w+ Rev [ -~]+)\r\n")
 _LONGEST_ANSWER = 512
+_UNNAMED = "n/a"
+"""The description by pyserial of a port without one."""
 
 
 class FoundController(NamedTuple):
@@ -150,7 +154,7 @@ async def identified(host: str, port: int) -> str | None:
     finally:
         writer.close()
     found = _IDENTITY.search(answer)
-    return None if found is None else found[1].decode("ascii", "replace")
+    return None if found is None else found[1].decode("ascii")
 
 
 def _hardware(host: str) -> str | None:
@@ -166,7 +170,7 @@ def _ports(ask: bool) -> Iterator[FoundPort]:
     from serial.tools.list_ports import comports
 
     for port in comports():
-        yield FoundPort(port.device, port.description, firmware_at(port.device) if ask else None)
+        yield FoundPort(port.device, visible(port.description), firmware_at(port.device) if ask else None)
 
 
 def firmware_at(path: str) -> str | None:
@@ -187,7 +191,7 @@ def firmware_at(path: str) -> str | None:
     finally:
         port.close()
     found = _IDENTITY.search(answer)
-    return None if found is None else found[1].decode("ascii", "replace")
+    return None if found is None else found[1].decode("ascii")
 
 
 class _Counter:
@@ -221,7 +225,9 @@ def _listing(
         names = ", ".join(map(str, asked)) or "–"
         yield translate("No controller answers in {networks}.", language, networks=names)
     for port in ports:
-        yield "  ".join(filter(None, (port.path, port.firmware or port.description)))
+        named = port.description not in {"", _UNNAMED}
+        name = port.description if named else translate("no name", language)
+        yield f"{port.path}  {port.firmware or name}"
 
 
 _TH = re.compile(r"IP ADDRESS (\d+),(\d+),(\d+),(\d+) ETHERNET ADDRESS ([0-9A-Fa-f-]{17})")
@@ -273,35 +279,34 @@ def ip(host: str, change: IpChange, settings: OutputSettings) -> int:
     return console.answer(value, "\n".join(_ip_lines(found, place, change, settings)), settings)
 
 
-def parse_address(text: str, key: str) -> IPv4Address:
-    """Return an address like 192.168.1.20; raises `InvalidValue`."""
-    try:
-        return IPv4Address(text)
-    except ValueError as error:
-        raise InvalidValue(key=key, value=text, reason=phrase("it must be like 192.168.1.20")) from error
-
-
 async def change_settings(
-    place: ControllerAddress, change: IpChange, settings: OutputSettings
+    place: ControllerAddress, change: IpChange, settings: OutputSettings, mac: str | None = None
 ) -> tuple[IpSettings, ControllerAddress]:
-    """Change the network settings of a controller; return them, and where it is reached now. Raises as `ip`."""
+    """Change the network settings of a controller; return them, and where it is reached now.
+
+    If `mac` is given, only the controller with this hardware address is changed. Raises as `ip`.
+    """
     address = None if change.address is None else parse_address(change.address, "--set")
-    mask = None if change.mask is None else parse_address(change.mask, "--mask")
+    mask = None if change.mask is None else parse_mask(change.mask)
+    if address is not None and mask is not None:
+        require_host(address, mask, "--set", address)
     if change.dhcp and address is not None:
-        reason = phrase("an address by DHCP cannot be set")
+        reason = phrase("--set and --dhcp exclude each other: with DHCP, the server chooses the address")
         raise InvalidCommandLine(reason=reason, command=f"{settings.site.command} ip")
     driver = await Driver.open(await connect(place, TIMEOUT), timeout=TIMEOUT)
     try:
         found = await read_settings(driver)
         if not change.anything:
             return found, place
+        _require_same(found.mac, mac or found.mac, place)
+        _require_usable(found, place, address, mask)
         await settings.site.require_free(driver, str(place))
         _confirm(found, place, address, change, settings)
         commands = _commands(found, address, mask, change.dhcp)
         if commands:
             await driver.batch(commands)
         if address is not None and address != found.address:
-            driver, place = await _moved(driver, place, address, found.serial_number)
+            driver, place = await _moved(driver, place, address, found.mac)
         if change.burn:
             await driver.send("BN", timeout=_BURN_TIME)
         return await read_settings(driver), place
@@ -309,23 +314,63 @@ async def change_settings(
         await driver.close()
 
 
+def _require_same(found: str, mac: str, place: ControllerAddress) -> None:
+    """Raise `AddressTaken` if the hardware address that was `found` is not `mac`."""
+    if found != mac:
+        raise AddressTaken(address=str(place), found=found, mac=mac)
+
+
+def _require_usable(
+    found: IpSettings, place: ControllerAddress, address: IPv4Address | None, mask: IPv4Address | None
+) -> None:
+    """Raise `InvalidValue` if nobody could reach the controller with its new address or its new mask."""
+    inside = isinstance(place, NetworkAddress) and _names_this_computer(place.host)
+    if address is not None:
+        require_outside(address, inside or found.address.is_loopback, "--set")
+    within = found.mask if mask is None else mask
+    if not is_mask(within):  # it was burned earlier
+        return
+    if address is not None:
+        require_host(address, within, "--set", address)
+    elif mask is not None and int(found.address):
+        require_host(found.address, mask, "--mask", mask)
+
+
+def _names_this_computer(host: str) -> bool:
+    return host == "localhost" or host.startswith("127.")
+
+
 async def read_settings(driver: Driver) -> IpSettings:
     """Return the network settings of a controller; only asks. Raises as `Driver.send`."""
+    address, mac = await _addresses(driver)
+    mask, dhcp, multicast = await driver.batch(["SM ?", "DH ?", "MU ?"])
+    return IpSettings(
+        address=address,
+        mask=_quad(mask, "SM ?"),
+        mac=mac,
+        dhcp=float(dhcp) != 0.0,
+        multicast=_quad(multicast, "MU ?"),
+        retry=int(await driver.value("_IA1")),
+        firmware=await _firmware(driver),
+        serial_number=int(await driver.value("_BN")),
+    )
+
+
+async def _firmware(driver: Driver) -> str:
+    """Return the firmware line; raises `UnexpectedReply` for one with control characters, which a terminal executes."""
+    line = await driver.send(_FIRMWARE)
+    if not line.isprintable():
+        raise UnexpectedReply(command=_FIRMWARE, reply=line[:80])
+    return line
+
+
+async def _addresses(driver: Driver) -> tuple[IPv4Address, str]:
+    """Return the address of a controller, and its hardware address in lower case with colons; raises as `send`."""
     listed = await driver.send("TH")
     found = _TH.search(listed)
     if found is None:
         raise UnexpectedReply(command="TH", reply=listed[:80])
-    mask, dhcp, multicast = await driver.batch(["SM ?", "DH ?", "MU ?"])
-    return IpSettings(
-        address=IPv4Address(".".join(found.groups()[:4])),
-        mask=_quad(mask, "SM ?"),
-        mac=found[5].lower().replace("-", ":"),
-        dhcp=float(dhcp) != 0.0,
-        multicast=_quad(multicast, "MU ?"),
-        retry=int(await driver.value("_IA1")),
-        firmware=await driver.send(_FIRMWARE),
-        serial_number=int(await driver.value("_BN")),
-    )
+    return _quad(",".join(found.groups()[:4]), "TH"), found[5].lower().replace("-", ":")
 
 
 def _quad(text: str, command: str) -> IPv4Address:
@@ -351,7 +396,7 @@ def _commas(address: IPv4Address) -> str:
 
 
 async def _moved(
-    driver: Driver, place: ControllerAddress, address: IPv4Address, serial_number: int
+    driver: Driver, place: ControllerAddress, address: IPv4Address, mac: str
 ) -> tuple[Driver, ControllerAddress]:
     """Change the address and return a link to the controller there; by a serial port the link stays."""
     command = f"IA {_commas(address)}"
@@ -376,12 +421,14 @@ async def _moved(
             failure = error
             continue
         try:
-            if int(await moved.value("_BN")) == serial_number:
-                return moved, there
-            failure = UnexpectedReply(command="MG _BN", reply="…")
+            _, other = await _addresses(moved)
+            _require_same(other, mac, there)
+            return moved, there
         except MachineError as error:
             failure = error
         await moved.close()
+    if isinstance(failure, AddressTaken):
+        raise failure
     reason = str(failure) if failure is None else failure.details.get("reason", str(failure))
     raise AddressNotReached(address=str(there), reason=str(reason)) from failure
 
@@ -410,7 +457,7 @@ def _confirm(
         question += " " + translate("Its address becomes {address}.", settings.language, address=address)
     if change.burn:
         question += " " + translate("BN burns all its present settings.", settings.language)
-    if input(f"{question} [y/N] ").strip().lower() not in {"y", "yes", "s", "sí", "si"}:
+    if console.typed(f"{question} [y/N] ").lower() not in {"y", "yes", "s", "sí", "si"}:
         raise InvalidCommandLine(reason=phrase("nothing was changed"), command=command)
 
 

@@ -32,7 +32,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 from dmc41x3.address import BAUD, BAUDS, PORT, ControllerAddress, NetworkAddress, SerialAddress, device
-from dmc41x3.errors import CodedError, ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
+from dmc41x3.errors import CodedError, ConnectFailed, LinkTimeout, MachineError, UnexpectedReply, ended
 from dmc41x3.gclib.errors import Code, GclibError, translated
 from dmc41x3.i18n import phrase
 from dmc41x3.language.numbers import parse_number
@@ -248,9 +248,8 @@ class Commands:
         self._heard = True
         return data
 
-    def _ended(self, reason: str) -> LinkLost | ConnectFailed:
-        """Return the error of an ended link: `LinkLost`, or `ConnectFailed` if the controller never sent anything."""
-        return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
+    def _ended(self, reason: str) -> MachineError:
+        return ended(self._address, reason, heard=self._heard)
 
     def _sort(self, data: bytes, command: str) -> Reply | RecordReply | None:
         """Store messages; return the answer. There is at most one, because requests do not overlap."""

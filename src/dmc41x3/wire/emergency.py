@@ -11,7 +11,7 @@ import struct
 from typing import NamedTuple, Protocol
 
 from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress
-from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, UnexpectedReply
+from dmc41x3.errors import ConnectFailed, LinkTimeout, MachineError, UnexpectedReply, ended
 from dmc41x3.i18n import phrase
 from dmc41x3.language.hardware import LETTERS
 
@@ -194,9 +194,8 @@ class _Conversation:
             return LinkTimeout(address=self._address, command=self._command, seconds=f"{self._timeout:g}")
         return self._ended(error.strerror or str(error))
 
-    def _ended(self, reason: str) -> LinkLost | ConnectFailed:
-        """Return the error of an ended link: `LinkLost`, or `ConnectFailed` if the controller never sent anything."""
-        return (LinkLost if self._heard else ConnectFailed)(address=self._address, reason=reason)
+    def _ended(self, reason: str) -> MachineError:
+        return ended(self._address, reason, heard=self._heard)
 
 
 def _motion(record: bytes) -> tuple[str, str]:

@@ -16,7 +16,7 @@ import termios
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from dmc41x3.address import SerialAddress
+from dmc41x3.address import SerialAddress, com_port
 from dmc41x3.errors import SerialPortUnavailable
 from dmc41x3.i18n import phrase
 
@@ -109,7 +109,7 @@ def unavailable(address: SerialAddress, number: int | None) -> SerialPortUnavail
             group=_group(address.path),
         )
     elif number in _MISSING:
-        reason = phrase("there is no such device. Check the cable; `dmc find` lists the ports")
+        reason = _missing(address.path)
     elif number in _BUSY:
         reason = phrase("another program uses it: end that program")
     elif number is None or number == errno.ENOTTY:
@@ -117,6 +117,18 @@ def unavailable(address: SerialAddress, number: int | None) -> SerialPortUnavail
     else:
         reason = os.strerror(number)
     return SerialPortUnavailable(address=str(address), reason=reason)
+
+
+def _missing(path: str) -> str:
+    name = com_port(path)
+    if name is None:
+        return phrase("there is no such device. Check the cable; `dmc find` lists the ports")
+    return phrase(
+        "there is no such device. {name} means this port here. Give the path of another port, or set ${variable} to it;"
+        " `dmc find` lists the ports",
+        name=name,
+        variable=f"DMC_{name}",
+    )
 
 
 def _group(path: str) -> str:

@@ -340,14 +340,24 @@ async def _measured(
     factor = judgement.scale_factor(counted, measured, tolerance)
     if factor is None:
         return None
-    scale = config.scale.pulses_per_degree if axis == 0 else config.scale.pulses_per_metre
+    key, scale, unit = _scale(axis, config)
     return EncoderScaleWrong(
         axis=AXES[axis],
         measured=length_text(axis, measured),
         counted=length_text(axis, counted),
         factor=f"{factor:.2g}",
+        key=key,
         scale=f"{float(f'{scale * factor:.3g}'):.0f}",
+        unit=unit,
     )
+
+
+def _scale(axis: int, config: Config) -> tuple[str, float, str]:
+    """Return the key of the scale of an axis, its value, and its unit."""
+    if axis == 0:
+        return "scale.pulses_per_degree", config.scale.pulses_per_degree, "counts/°"
+    key = phrase("{key} (it holds for lines b and c, so both need the same resolution)", key="scale.pulses_per_metre")
+    return key, config.scale.pulses_per_metre, "counts/m"
 
 
 async def _back(axis: int, s: Commissioning, machine: GuardedMachine, motion: Motion) -> None:

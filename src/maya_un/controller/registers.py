@@ -198,6 +198,8 @@ def operands() -> list[list[str]]:
 async def identify(driver: Driver, address: str) -> str:
     """Return the firmware line of the device; raises `WrongController` unless it is a three-axis DMC-41x3."""
     firmware = await driver.send("\x12\x16")
+    if not firmware.isprintable():  # a terminal would execute its control characters
+        raise WrongController(address=address, found=repr(firmware))
     family = firmware.startswith("DMC41") and len(firmware) > 6 and firmware[6] == "3"
     if not family or not firmware[5].isdigit() or int(firmware[5]) < 3:
         raise WrongController(address=address, found=firmware or phrase("silent"))

@@ -6,6 +6,7 @@ from dmc41x3.errors import (
     CodedError,
     CommandRejected,
     ConnectFailed,
+    EndedUnanswered,
     InternalError,
     LinkLost,
     MachineError,
@@ -29,6 +30,12 @@ reword(
     ConnectFailed,
     "No controller answers at {address} ({reason}). Check power, cable and address, or start a twin with `maya "
     "dmc serve`.",
+)
+reword(
+    EndedUnanswered,
+    "The device at {address} ended the connection before it answered ({reason}). It may be no Galil controller, "
+    "or have no free handle (TH). Find the controllers with `maya dmc find`, or end a program that is connected to "
+    "this one.",
 )
 reword(
     CommandRejected,

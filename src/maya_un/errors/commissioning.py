@@ -235,15 +235,17 @@ class EncoderScaleWrong(
     MachineError,
     code=2622,
     en="Axis {axis} moved {measured}, but its encoder counted {counted}. The scale is wrong by a factor of {factor}. "
-    "Check resolution and gear; if they are as intended, the scale must be {scale}.",
+    "Check resolution and gear of axis {axis}. If they are as intended, {key} must be about {scale} {unit}.",
 ):
-    """The encoder counts per unit of motion differ from the configuration."""
+    """The encoder counts per unit of motion differ from the configuration; `key` is that of the scale."""
 
     axis: str
     measured: Phrase
     counted: Phrase
     factor: str
+    key: str | Phrase
     scale: str
+    unit: str
 
 
 class EncoderWithoutMotion(

@@ -107,6 +107,12 @@ async def test_other_devices_are_refused_by_name(firmware: str) -> None:
     assert peer.commands == ["\x12\x16"]
 
 
+async def test_control_characters_of_another_device_are_not_repeated() -> None:
+    async with conversation(box(Config(), "DMC4133 Rev \x1b[2J")) as (driver, _):
+        with pytest.raises(WrongController, match=r"\\x1b\[2J"):
+            await identify(driver, "box")
+
+
 async def test_devices_without_an_answer_are_refused() -> None:
     async with conversation(lambda _: b"\r\n:") as (driver, _):
         with pytest.raises(WrongController, match="silent"):

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from dmc41x3.address import BAUDS, NetworkAddress, SerialAddress, parse
+from dmc41x3.address import BAUDS, NetworkAddress, SerialAddress, com_port, parse
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,8 @@ def test_address_names_its_place(text: str, place: NetworkAddress | SerialAddres
     ("text", "reason"),
     [
         ("sim", "it must be HOST"),
-        ("/dev/ttyUSB0@12", "must be one of"),
+        ("/dev/ttyUSB0@12", "^the speed after @ must be 9600, 19200, 38400, 57600 or 115200$"),
+        ("/dev/ttyUSB0 --baud 12", "^the speed after --baud must be 9600"),
         ("/dev/ttyUSB0@", "PATH@BAUD"),
         ("/dev/ttyUSB0 --baud", "PATH@BAUD"),
         ("/dev/tty USB0", "PATH@BAUD"),
@@ -48,6 +49,17 @@ def test_address_that_names_no_place_is_refused(text: str, reason: str) -> None:
 def test_com_port_is_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DMC_COM7", "/dev/pts/4")
     assert parse("COM7") == SerialAddress("/dev/pts/4")
+
+
+def test_com_port_of_a_path_is_the_one_that_means_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DMC_COM7", "/dev/pts/4")
+    monkeypatch.setenv("DMC_COM3", "/dev/ttyUSB0")
+    assert [com_port(path) for path in ("/dev/pts/4", "/dev/ttyS0", "/dev/ttyS2", "/dev/ttyUSB1")] == [
+        "COM7",
+        "COM1",
+        None,
+        None,
+    ]
 
 
 @given(st.from_regex(r"/[a-zA-Z0-9/._-]{1,30}", fullmatch=True), st.sampled_from(BAUDS))

@@ -9,6 +9,7 @@ from dmc41x3.errors import (
     CodedError,
     CommandRejected,
     ConnectFailed,
+    EndedUnanswered,
     InternalError,
     InvalidValue,
     LinkLost,
@@ -276,8 +277,8 @@ async def test_driver_whose_peer_never_answered_reports_it_missing() -> None:
     async with conversation(silent) as (driver, peer):
         peer.end.cut()
         lost = await driver.lost
-        assert lost.code == ConnectFailed.code
-        assert "finish" not in str(lost)
+        assert isinstance(lost, EndedUnanswered)
+        assert "before it answered" in str(lost)
 
 
 async def test_rejection_with_a_lost_code_ends_with_the_link() -> None:

@@ -15,7 +15,7 @@ from maya_un.config import Config
 from maya_un.controller import state_builder
 from maya_un.controller.ownership import living_owner
 from maya_un.controller.registers import Torque, identify
-from maya_un.errors import CommandRejected, MayaError
+from maya_un.errors import CommandRejected, ConnectFailed, MayaError
 from maya_un.http.doctor.finding import Finding, fail, ok, warn
 from maya_un.http.doctor.robot import limits
 from maya_un.values import AXES
@@ -57,6 +57,9 @@ async def _asked(driver: Driver, address: str, config: Config, language: str, be
         took = asyncio.get_running_loop().time() - began
         yield ok("controller", "controller_answers", address=address, milliseconds=took * 1e3)
         yield ok("firmware", "firmware", firmware=firmware)
+    except ConnectFailed as error:
+        yield fail("controller", "controller_silent", error=error.text(language))
+        return
     except MayaError as error:
         yield fail("controller", "controller_wrong", error=error.text(language))
         return

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import socket
+import threading
 
 import pytest
 
@@ -109,6 +111,22 @@ def test_silent_or_other_device_is_reported() -> None:
     assert findings(f"127.0.0.1:{free_port()}").keys() == {"controller_silent"}
     with served(axes=2) as twin:
         assert findings(twin.address).keys() == {"controller_wrong"}
+
+
+def test_device_that_ends_the_connection_is_no_lost_controller() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as device:
+        thread = threading.Thread(target=hang_up, args=(device,))
+        thread.start()
+        found = findings(f"127.0.0.1:{device.getsockname()[1]}")
+        thread.join()
+    assert found.keys() == {"controller_silent"}
+    assert "before it answered" in found["controller_silent"].details["error"]
+
+
+def hang_up(device: socket.socket) -> None:
+    connection, _ = device.accept()
+    with connection:
+        connection.recv(100)
 
 
 @pytest.mark.waits("2.75 s: each of eleven looks observes a controller's clock in real time for 0.25 s")

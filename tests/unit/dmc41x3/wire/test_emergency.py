@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import pytest
 
 from dmc41x3.address import NetworkAddress
-from dmc41x3.errors import ConnectFailed, LinkLost, LinkTimeout, UnexpectedReply
+from dmc41x3.errors import ConnectFailed, EndedUnanswered, LinkLost, LinkTimeout, UnexpectedReply
 from dmc41x3.language.record import AxisRecord, AxisStatus, DataRecord, encode
 from dmc41x3.wire import emergency
 from dmc41x3.wire.framing import LineSplitter
@@ -113,7 +113,7 @@ def test_unintelligible_answer_is_named(answers: Mapping[str, bytes]) -> None:
 
 
 def test_controller_that_hangs_up_before_any_answer_is_missing() -> None:
-    with controller({}) as (port, _), pytest.raises(ConnectFailed):
+    with controller({}) as (port, _), pytest.raises(EndedUnanswered):
         emergency.stop(NetworkAddress("127.0.0.1", port), 5.0)
 
 
