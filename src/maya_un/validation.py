@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from dmc41x3.i18n import PHRASE, marked, phrase
@@ -76,3 +76,14 @@ def reason_of(error: ErrorDetails | Mapping[str, Any]) -> str:
         return error["msg"]
     choices = str(context.get("expected", "")).replace(" or ", ", ")
     return template.format(**context, choices=choices)
+
+
+_CLOSE = 0.8
+"""Similarity of a misspelt key and the one that was meant."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the one of the `known` names that was probably meant by a misspelt one, None if none is near."""
+    from difflib import get_close_matches  # noqa: PLC0415 - only for a mistake
+
+    return next(iter(get_close_matches(name, tuple(known), 1, _CLOSE)), None)

@@ -22,7 +22,7 @@ from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
 from maya_un.quantities import UNITS
-from maya_un.validation import UNKNOWN
+from maya_un.validation import UNKNOWN, nearest
 
 
 def load(path: Path | None = None, base: Config | None = None) -> Config:
@@ -102,22 +102,16 @@ def checked(keys: dict[str, Any], base: Config | None = None) -> tuple[Config | 
         return None, [_with_nearest(one) for one in flaws(error, tuple(KINDS))]
 
 
-_CLOSE = 0.8
-"""Similarity of a misspelt key and the one that was meant."""
-
-
 def _with_nearest(found: Flaw) -> Flaw:
     """Return a flaw; that of an unknown key names the nearest key of its section."""
     if found.reason != UNKNOWN:
         return found
-    from difflib import get_close_matches  # noqa: PLC0415 - only for a mistake
-
     section, _, name = found.key.rpartition(".")
     model: Any = Config
     for part in filter(None, section.split(".")):
         model = model.model_fields[part].annotation if isinstance(model, type) and part in model.model_fields else None
-    nearest = get_close_matches(name, getattr(model, "model_fields", ()), 1, _CLOSE)
-    return found._replace(reason=phrase("there is no such key; perhaps {name}", name=nearest[0])) if nearest else found
+    near = nearest(name, getattr(model, "model_fields", ()))
+    return found if near is None else found._replace(reason=phrase("there is no such key; perhaps {name}", name=near))
 
 
 def toml_reason(text: str, error: Exception) -> str:
