@@ -300,6 +300,14 @@ async def test_wait_for_fails_when_its_time_is_over_and_a_pause_does_not_count()
         assert outputs(running) == []
 
 
+async def test_the_error_of_an_input_names_it_as_the_job_does() -> None:
+    async with robot() as running:
+        by_name = await done(running, {"wait_for": {"input": "part", "is": "off", "within": 10}})
+        assert by_name.message.startswith("Input part (3) was not off within 10.0 s.")
+        by_number = await done(running, {"wait_for": {"input": PART, "is": "off", "within": 10}})
+        assert by_number.message.startswith("Input 3 was not off within 10.0 s.")
+
+
 async def test_a_failed_wait_for_an_input_is_repeated_by_retries() -> None:
     async with robot() as running:
         from maya_un.process.journal.protocol import JobOptions

@@ -114,6 +114,12 @@ def test_only_done_is_success(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == "maya: error 2101: Too far.\n"
 
 
+@pytest.mark.parametrize(("took", "code"), [(None, 2), (10.0, 1)])
+def test_a_job_was_refused_only_if_none_of_its_steps_has_begun(took: float | None, code: int) -> None:
+    report = {**REPORT, "code": 4024, "steps": [{**STEP, "code": 4024, "duration": took}]}
+    assert concluded(report, OutputSettings()) == code
+
+
 def test_every_error_has_an_exit_code() -> None:
     codes = {code: exit_code(code) for code in by_code()}
     assert set(codes.values()) == {1, 2}
