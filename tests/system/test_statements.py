@@ -107,6 +107,16 @@ async def test_stop_of_the_controller_alone_ends_a_wait() -> None:
         assert (await running.service.wait(job)).code == 2201
 
 
+async def test_a_stop_names_the_job_that_it_ends() -> None:
+    async with robot() as running:
+        assert (await running.service.stop()).job is None
+        job = await submitted(running, {"ask": "Ready?"})
+        await begun(running, 1)
+        report = await running.service.stop()
+        assert (report.was_moving, report.job) == (False, job)
+        assert (await running.service.wait(job)).code == 2201
+
+
 @pytest.mark.parametrize("statement", [{"wait": "1 h"}, {"wait_for": {"input": PART, "is": "off"}}, {"ask": "Ready?"}])
 async def test_cancel_ends_every_wait_at_once(statement: dict[str, Any]) -> None:
     async with robot() as running:

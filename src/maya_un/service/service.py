@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -244,13 +245,15 @@ class Service:
         return await self._process.cancel(number)
 
     async def stop(self) -> StopReport:
-        """Start braking at once; return the time and distance to rest. The queue is paused if jobs wait in it.
+        """Start braking at once; return the time and distance to rest, and the job that ends.
 
-        Raises `NotConnected`; the queue is paused all the same.
+        The queue is paused if jobs wait in it. Raises `NotConnected`; the queue is paused all the same.
         """
+        running = self._process.turns.running
         self._process.turns.halt(Stopped())
         self._held.halt()
-        return await self._controller.stop()
+        report = await self._controller.stop()
+        return report if running is None else replace(report, job=running.number)
 
     async def pause(self) -> StopReport:
         """Brake on the path and hold all motion until `resume`; return the time and distance to rest.

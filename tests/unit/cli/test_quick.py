@@ -64,6 +64,14 @@ def test_stop_at_rest_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert json.loads(capsys.readouterr().out) == {"service": True, **report}
 
 
+def test_stop_of_a_job_that_waits_names_it(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    report = {"was_moving": False, "duration": 0.0, "distance": [0, 0, 0], "job": 1}
+    with http_service(lambda *_: (200, report)) as url:
+        published(monkeypatch, url)
+        assert main(["stop"]) == 0
+    assert capsys.readouterr().out == "Nothing was moving. Job 1 was ended.\n"
+
+
 def test_a_service_that_hangs_is_passed_by(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     record = data_record(MOVING, MOVING | COORDINATED, MOVING | COORDINATED)
     with hanging_service() as url, controller(record) as (port, said):
