@@ -340,6 +340,7 @@ async def test_a_question_is_shown_answered_and_stored() -> None:
         await elapse(50.0)
         question = running.service.queue.view().question
         assert question is not None
+        assert (await running.service.status()).question == question
         assert (question.job, question.index, question.question, question.choices, question.open) == (
             job,
             1,

@@ -147,6 +147,9 @@ def _described(found: dict[str, Any], settings: OutputSettings) -> str:
                 "{running} running, {waiting} waiting", language, running=running, waiting=len(found["jobs"]) - running
             )
         )
+    asked = found.get("question")
+    if asked is not None and asked["open"]:
+        lines.append(translate("job {job} waits for an answer: {question}", language, **asked))
     if fault is not None:
         message = translated(fault["code"], fault["message"], language)
         lines.append(translate("fault {code}: {message}", language, code=fault["code"], message=message))

@@ -399,6 +399,7 @@ class Service:
             queue=mode,
             reason=self._process.shown.reason,
             unconfirmed=given is not None and not given.confirmed,
+            question=self._process.shown.question,
         )
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:

@@ -180,6 +180,17 @@ def test_status_shows_a_reduced_speed(
     assert ("speed 50 %" in capsys.readouterr().out.splitlines()) is told
 
 
+@pytest.mark.parametrize(("asks", "told"), [(True, True), (False, False)])
+def test_status_shows_that_a_job_waits_for_an_answer(
+    asks: bool, told: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    question = {"job": 1, "name": "x", "index": 1, "question": "Which part?", "choices": ["cube"], "open": asks}
+    with http_service(lambda *_: (200, {**STATUS, "question": question})) as url:
+        published(monkeypatch, url)
+        assert main(["status"]) == 0
+    assert ("job 1 waits for an answer: Which part?" in capsys.readouterr().out.splitlines()) is told
+
+
 def test_status_with_a_place_a_fault_and_a_queue(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

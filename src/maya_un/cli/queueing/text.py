@@ -10,7 +10,7 @@ from typing import Any
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
 from maya_un.cli.units import MILLIMETRES, OutputUnits
-from maya_un.cli.waiting import because
+from maya_un.cli.waiting import answers, because
 from maya_un.errors import translated
 
 _DAY = 86_400.0
@@ -293,9 +293,8 @@ def recovery(offer: Mapping[str, Any], language: str, units: OutputUnits = MILLI
 
 def question(asked: Mapping[str, Any], language: str) -> str:
     """Return the question of a job, and how to answer it."""
-    choices = " | ".join(asked["choices"])
-    text = marked("Job {job}, {name}, asks: {question} Answer with `maya queue answer {choices}`.")
-    return translate(text, language, **{**asked, "choices": choices})
+    text = marked("Job {job}, {name}, asks: {question} Answer with {answers}.")
+    return translate(text, language, **asked, answers=answers(asked["choices"], language))
 
 
 def place(state: Mapping[str, Any], language: str, units: OutputUnits = MILLIMETRES) -> str:
