@@ -124,6 +124,7 @@ def obstacle(job: Line, language: str) -> str:
 _MODES = {
     "running": marked("The queue is running."),
     "pausing": marked("The queue pauses after the current step ({reason})."),
+    "held": marked("The queue is paused, and the motion is held on its path ({reason})."),
     "paused": marked("The queue has been paused since {since} ({reason}). `maya queue resume` continues it."),
     "asks": marked("The queue has been paused since {since} ({reason})."),
 }
@@ -136,7 +137,8 @@ def mode(view: Mapping[str, Any], language: str) -> str:
     """
     why = because(view, language)
     asks = view["mode"] == "paused" and view["recovery"] is not None
-    text = _MODES["asks" if asks else view["mode"]]
+    held = view["mode"] == "pausing" and view["running"] is not None and view["running"]["state"] == "paused"
+    text = _MODES["asks" if asks else "held" if held else view["mode"]]
     return translate(text, language, reason=why, since=clock_text(view["since"]))
 
 

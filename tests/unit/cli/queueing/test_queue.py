@@ -63,6 +63,22 @@ def test_queue_paused_by_an_unknown_caller_shows_no_name(serve: Serve, capsys: p
 
 
 @pytest.mark.parametrize(
+    ("job", "said"),
+    [
+        ("paused", "The queue is paused, and the motion is held on its path (ana paused it)."),
+        ("running", "The queue pauses after the current step (ana paused it)."),
+    ],
+)
+def test_a_motion_that_is_held_differs_from_a_step_that_goes_on(
+    serve: Serve, capsys: pytest.CaptureFixture[str], job: str, said: str
+) -> None:
+    view = {**VIEW, "mode": "pausing", "reason": "asked", "by": "ana", "running": {**LINE, "state": job}}
+    serve(**{"/v1/queue": view, "/v1/queue/pause": view})
+    assert said in printed(["queue"], capsys).splitlines()
+    assert printed(["queue", "pause", "--now"], capsys) == f"{said}\n"
+
+
+@pytest.mark.parametrize(
     ("counts", "said"),
     [
         ({"queued": 1}, "Estimated end of all jobs: "),
