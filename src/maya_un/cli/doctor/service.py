@@ -44,7 +44,10 @@ class RunningService:
                 return
 
     def _readiness(self) -> Iterator[Finding]:
-        yield from readiness(_reasons(self.running.url, self._language))
+        status = None
+        with suppress(MayaError):  # the check of the robot reports a refusal
+            status = self.ask(requests.status())
+        yield from readiness(_reasons(self.running.url, self._language), status)
 
     def _robot(self) -> Iterator[Finding]:
         status = self.ask(requests.status())

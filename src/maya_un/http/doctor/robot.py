@@ -8,10 +8,15 @@ from typing import Any
 from maya_un.http.doctor.finding import Finding, fail, ok, warn
 
 
-def readiness(reasons: Iterable[str]) -> Iterator[Finding]:
-    """Check whether the service can carry out commands; `reasons` are those why not."""
+def readiness(reasons: Iterable[str], status: Mapping[str, Any] | None) -> Iterator[Finding]:
+    """Check whether the service can carry out commands; `reasons` are those why not.
+
+    It is ready only if the robot is, according to its `Status`, None for an unknown one.
+    """
     found = [fail("service", "service_not_ready", message=reason) for reason in reasons]
-    yield from found or [ok("service", "service_ready")]
+    state = None if status is None else status["state"]
+    ready = state is not None and state["homed"] and state["fault"] is None
+    yield from found or [ok("service", "service_ready" if ready else "service_answers")]
 
 
 def robot(status: Mapping[str, Any]) -> Iterator[Finding]:

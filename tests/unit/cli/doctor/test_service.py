@@ -95,6 +95,13 @@ def test_problems_are_reported(changes: dict[str, Any], key: str, outcome: Findi
     assert keys(changes)[key] is outcome
 
 
+@pytest.mark.parametrize("changes", [state(fault={"code": 2306, "message": "off"}), state(homed=False)])
+def test_a_service_whose_robot_cannot_move_only_answers(changes: dict[str, Any]) -> None:
+    found = keys(changes)
+    assert found["service_answers"] is FindingOutcome.OK
+    assert "service_ready" not in found
+
+
 def test_one_that_is_gone_hangs_or_was_replaced_by_a_stranger(monkeypatch: pytest.MonkeyPatch) -> None:
     assert keys({}, ours=False) == {"service_stranger": FindingOutcome.FAIL}
     published(f"http://127.0.0.1:{free_port()}")
