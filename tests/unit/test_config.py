@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import inf, nan, pi, radians
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from maya_un.config import AxisConfig, Config, default_path, load, template, to_toml
+from maya_un.config import AxisConfig, Config, default_path, for_people, load, template, to_toml
 from maya_un.config.files import parse
 from maya_un.config.model import BoxConfig, parse_zone
 from maya_un.errors import FileUnreadable, InvalidConfig, InvalidRequest
@@ -341,6 +341,35 @@ def configurations(draw: st.DrawFn) -> Config:
 @given(configurations())
 def test_written_and_read_again_it_is_the_same(config: Config) -> None:
     assert parse(tomllib.loads(to_toml(config))) == config
+
+
+def leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
+    """Yield the values within nested data by their dotted keys."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else None
+    if inner is None:
+        yield key, value
+        return
+    for name, one in inner:
+        yield from leaves(one, f"{key}.{name}")
+
+
+@given(configurations(), st.booleans())
+def test_what_people_read_is_nearly_the_same_configuration(config: Config, si: bool) -> None:
+    again = dict(leaves(parse(tomllib.loads(for_people(config, si=si))).model_dump()))
+    for key, value in leaves(config.model_dump()):
+        assert again.pop(key) == (pytest.approx(value, rel=1e-10) if isinstance(value, float) else value)
+    assert not again
+
+
+def test_people_read_lengths_in_millimetres_and_angles_in_degrees() -> None:
+    config = parse({"axes": {"a": {"minimum": "-10 deg"}, "c": {"minimum": "1400 mm"}}, "zones": [ZONES[0]]})
+    lines = for_people(config).splitlines()
+    assert 'minimum = "-10 deg"  # lower end of the stroke' in lines
+    assert 'minimum = "1400 mm"  # lower end of the stroke' in lines
+    assert "speed = 0.03  # speed of the lines during travel [m/s]" in lines
+    lines = for_people(config, si=True).splitlines()
+    assert "minimum = -0.174532925199  # lower end of the stroke [rad]" in lines
+    assert "minimum = 1.4  # lower end of the stroke [m]" in lines
 
 
 def test_the_file_to_start_from_changes_nothing() -> None:

@@ -11,7 +11,7 @@ from dmc41x3.files import unwritable, write
 from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.config import Config, default_path, load, template, to_toml
+from maya_un.config import Config, default_path, for_people, load, template
 from maya_un.config.files import parse, shown, written
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidConfig
 from maya_un.validation import reason_of
@@ -43,9 +43,10 @@ def _place(file: str | None, settings: OutputSettings) -> Path:
 
 
 def show(settings: OutputSettings) -> int:
-    """Print every current key with its meaning and unit; return the exit code."""
+    """Print every current key with its meaning, in the units of people or in SI; return the exit code."""
     config = configuration(settings)
-    return output.answer(config.model_dump(mode="json"), to_toml(config).rstrip(), settings)
+    text = for_people(config, si=settings.units == "si").rstrip()
+    return output.answer(config.model_dump(mode="json"), text, settings)
 
 
 def check(file: str | None, settings: OutputSettings) -> int:

@@ -7,8 +7,9 @@ import json
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
+from math import degrees
 from pathlib import Path
 from typing import Any, cast
 
@@ -138,15 +139,55 @@ def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
+Setting = Callable[[str, object, str], str]
+"""Writes a key, its value and its meaning as a line of TOML."""
+
+
 def to_toml(config: Config, *, commented: bool = False) -> str:
     """Return the configuration as TOML, every key followed by its meaning and unit.
 
     With `commented`, the keys themselves are commented out, as a template.
     """
-    lines: list[str] = []
     prefix = "# " if commented else ""
-    _write(config, "", lines, prefix)
-    _write_zones(config, lines, prefix)
+    return _toml(config, lambda key, value, note: f"{prefix}{key} = {json.dumps(value)}  # {note}", prefix)
+
+
+def for_people(config: Config, *, si: bool = False) -> str:
+    """Return the configuration as TOML to be read: lengths in mm and angles in degrees, with `si` in m and rad.
+
+    Numbers are rounded, so it is nearly the configuration, and not exactly.
+    """
+    return _toml(config, _rounded if si else _with_units)
+
+
+def _rounded(key: str, value: object, note: str) -> str:
+    return f"{key} = {json.dumps(_each(value, lambda number: float(f'{number:.12g}')))}  # {note}"
+
+
+def _with_units(key: str, value: object, note: str) -> str:
+    unit = next((unit for unit in _PEOPLES if f" [{unit}]" in note), None)
+    if unit is None:
+        return _rounded(key, value, note)
+    peoples, factor = _PEOPLES[unit]
+    shown = _each(value, lambda number: f"{number * factor:.12g} {peoples}")
+    return f"{key} = {json.dumps(shown)}  # {note.replace(f' [{unit}]', '')}"
+
+
+_PEOPLES = {"m": ("mm", 1e3), "rad": ("deg", degrees(1.0))}
+"""The units of people for those that a meaning of a key names, and their factors."""
+
+
+def _each(value: object, change: Callable[[float], object]) -> object:
+    """Return a value with its numbers changed, or each number of its list; whole numbers and texts stay."""
+    if isinstance(value, tuple | list):
+        return [_each(one, change) for one in value]
+    return change(value) if isinstance(value, float) else value
+
+
+def _toml(config: Config, setting: Setting, prefix: str = "") -> str:
+    lines: list[str] = []
+    _write(config, "", lines, setting)
+    _write_zones(config, lines, setting, prefix)
     return "\n".join(lines).strip() + "\n"
 
 
@@ -156,26 +197,26 @@ def template() -> str:
     return head + to_toml(Config(), commented=True)
 
 
-def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
+def _write(model: BaseModel, name: str, lines: list[str], setting: Setting) -> None:
     fields = type(model).model_fields
     values = {key: getattr(model, key) for key in fields if key != "zones"}  # `_write_zones` writes those
     leaves = {key: value for key, value in values.items() if not isinstance(value, BaseModel)}
     if leaves:
         lines.extend(["", f"[{name}]"])
     for key, value in leaves.items():
-        note = fields[key].description
-        lines.append(f"# {key}: {note}" if value is None else f"{prefix}{key} = {json.dumps(value)}  # {note}")
+        note = fields[key].description or ""
+        lines.append(f"# {key}: {note}" if value is None else setting(key, value, note))
     for key in fields:
         child = getattr(model, key)
         if isinstance(child, BaseModel):
-            _write(child, f"{name}.{key}" if name else key, lines, prefix)
+            _write(child, f"{name}.{key}" if name else key, lines, setting)
 
 
-def _write_zones(config: Config, lines: list[str], prefix: str) -> None:
+def _write_zones(config: Config, lines: list[str], setting: Setting, prefix: str) -> None:
     for zone in config.zones:
         lines.extend(["", f"{prefix}[[zones]]"])
         for key, field in type(zone).model_fields.items():
-            lines.append(f"{prefix}{key} = {json.dumps(getattr(zone, key))}  # {field.description}")
+            lines.append(setting(key, getattr(zone, key), field.description or ""))
     if not config.zones:
         lines.extend(["", f"# zones: {type(config).model_fields['zones'].description}"])
         for kind, model in KINDS.items():
