@@ -131,7 +131,7 @@ def events(
 
 
 def twin() -> Request[Table]:
-    """Return the positions of the parts on the table of the twin [m]."""
+    """Return the positions of the parts on the table of the twin [m], and the true joints (rad, m, m)."""
     return Request("GET", "/v1/twin", Answer("maya_un.schema.robot", "Table"))
 
 

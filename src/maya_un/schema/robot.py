@@ -212,9 +212,13 @@ class Readiness:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Positions of the parts on the twin's table [m], by name."""
+    """Positions of the parts on the twin's table [m], by name, and its true `joints` (rad, m, m).
+
+    The joints are those that a person would measure, also before homing; None if they are unknown.
+    """
 
     parts: dict[str, Point]
+    joints: Joints | None = None
 
 
 @dataclass(frozen=True, slots=True)

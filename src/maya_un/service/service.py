@@ -72,11 +72,15 @@ MOST_REPLY = 20_000
 
 
 class TwinParts(Protocol):
-    """The parts of a twin."""
+    """The parts of a twin, and its true pose."""
 
     @property
     def parts(self) -> Mapping[str, Point]:
         """The grasp points of the parts, by name [m]."""
+        ...
+
+    def true_joints(self) -> tuple[float, float, float]:
+        """Return the true angle [rad] and the true line lengths [m]."""
         ...
 
     @property
@@ -367,10 +371,13 @@ class Service:
         return TableView("twin", parts, carried, holding)
 
     async def twin(self) -> Table:
-        """Return the positions of the parts on the table of the twin [m]; raises `NotFound` on a machine."""
+        """Return the positions of the parts on the table of the twin [m], and its true joints.
+
+        Raises `NotFound` on a machine.
+        """
         if self._parts is None:
             raise NotFound(what="twin", number="on a real machine")
-        return Table(dict(self._parts.parts))
+        return Table(dict(self._parts.parts), Joints(*self._parts.true_joints()))
 
     def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""
