@@ -517,6 +517,11 @@ class Config(ConfigSection):
         return "" if self.homing.torque_readings else phrase("the motors show no torque")
 
     @property
+    def homing_command(self) -> Literal["maya home", "maya datum"]:
+        """The command with which a person begins to make the position known."""
+        return "maya datum" if self.person_needed else "maya home"
+
+    @property
     def deepest(self) -> float:
         """The distance of the gripper at cell.grasp_height from its height with straight lines [m]."""
         return self.geometry.height - self.geometry.gripper_height - self.cell.grasp_height

@@ -162,7 +162,7 @@ class InputTimeout(
     """
 
     input: int | str
-    number: int
+    number: int | None = None
     level: Literal["on", "off"]
     seconds: float
 

@@ -52,7 +52,7 @@ class RunningService:
     def _robot(self) -> Iterator[Finding]:
         status = self.ask(requests.status())
         yield _version(str(status["version"]))
-        yield from robot(status)
+        yield from robot(status, self.ask(requests.datum()))
 
     def _lease(self) -> Iterator[Finding]:
         yield from lease(self.ask(requests.lease()))

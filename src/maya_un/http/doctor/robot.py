@@ -19,8 +19,8 @@ def readiness(reasons: Iterable[str], status: Mapping[str, Any] | None) -> Itera
     yield from found or [ok("service", "service_ready" if ready else "service_answers")]
 
 
-def robot(status: Mapping[str, Any]) -> Iterator[Finding]:
-    """Check the state of the robot in a `Status`."""
+def robot(status: Mapping[str, Any], datum: Mapping[str, Any]) -> Iterator[Finding]:
+    """Check the state of the robot in a `Status`; its `DatumView` says how it becomes homed."""
     state, address = status["state"], status["address"]
     if state["mode"] == "disconnected":
         yield fail("robot", "robot_disconnected", address=address)
@@ -28,7 +28,7 @@ def robot(status: Mapping[str, Any]) -> Iterator[Finding]:
     if state["fault"] is not None:
         yield fail("robot", "robot_fault", **state["fault"])
     elif not state["homed"]:
-        yield warn("robot", "robot_not_homed", address=address)
+        yield warn("robot", "robot_without_datum" if datum["needed"] else "robot_not_homed", address=address)
     else:
         yield ok("robot", "robot_well", address=address, mode=state["mode"])
     yield limits(state["forward_limit"], state["reverse_limit"])

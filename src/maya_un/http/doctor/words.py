@@ -69,6 +69,10 @@ _TEXTS = {
         "The robot on {address} is not homed, so its position is not known.",
         "Run `maya home` before any other motion.",
     ),
+    "robot_without_datum": FindingText(
+        "The robot on {address} has no datum, so its position is not known.",
+        "Bring it to a known pose with `maya datum move`, then give the joints of that pose with `maya datum give`.",
+    ),
     "robot_fault": FindingText("The robot is in a fault ({code}): {message}"),
     "robot_disconnected": FindingText(
         "The service has no connection to the controller at {address}.",

@@ -118,10 +118,10 @@ def add_diagnosis(routes: Routes) -> None:
 
 async def _looked_at(service: Service, by: Caller) -> tuple[list[Finding], Config, dict[str, Any]]:
     """Return the results of the checks of the robot, the configuration that applies, and the status as plain data."""
-    views = (await service.status(), await service.lease.view(by), service.queue.view())
-    looks = (doctor_robot.robot, doctor_robot.lease, doctor_robot.queue)
-    found = [finding for look, view in zip(looks, views, strict=True) for finding in look(to_data(view))]
-    return found, service.config(), to_data(views[0])
+    status, datum = to_data(await service.status()), to_data(service.datum())
+    lease, queue = to_data(await service.lease.view(by)), to_data(service.queue.view())
+    found = [*doctor_robot.robot(status, datum), *doctor_robot.lease(lease), *doctor_robot.queue(queue)]
+    return found, service.config(), status
 
 
 def _checked(named: Path | None, config: Config, language: str) -> list[Finding]:
