@@ -13,7 +13,7 @@ from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config, default_path, for_people, load, template
 from maya_un.config.files import parse, shown, written
-from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidConfig
+from maya_un.errors import ConfigExists, InvalidCommandLine, InvalidConfig
 from maya_un.validation import reason_of
 from maya_un.values import Point
 
@@ -67,14 +67,14 @@ def check(file: str | None, settings: OutputSettings) -> int:
 
 
 def init(file: str | None, settings: OutputSettings) -> int:
-    """Write a configuration with every key commented out; raises `FileUnwritable`, also if the file exists."""
+    """Write a configuration with every key commented out; raises `ConfigExists` and `FileUnwritable`."""
     place = _place(file, settings)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise unwritable(place, error) from error
     if place.exists() or place.is_symlink():
-        raise FileUnwritable(path=place, reason="there is a file already")
+        raise ConfigExists(path=place)
     write(place, template())
     return output.answer({"path": str(place)}, translate("Written: {path}", settings.language, path=place), settings)
 

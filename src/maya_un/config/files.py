@@ -23,7 +23,7 @@ from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
 from maya_un.quantities import UNITS
-from maya_un.validation import UNKNOWN, nearest
+from maya_un.validation import UNKNOWN, WHOLE, nearest
 
 
 def load(path: Path | None = None, base: Config | None = None) -> Config:
@@ -100,7 +100,29 @@ def checked(keys: dict[str, Any], base: Config | None = None) -> tuple[Config | 
     try:
         return Config.model_validate(_overlay((base or Config()).model_dump(exclude_none=True), keys)), []
     except ValidationError as error:
-        return None, [_with_nearest(one) for one in flaws(error, tuple(KINDS))]
+        return None, [_as_written(_with_nearest(one), keys) for one in flaws(error, tuple(KINDS))]
+
+
+def _as_written(found: Flaw, keys: Mapping[str, Any]) -> Flaw:
+    """Return a flaw with the value that a person wrote, and the unit that is expected in place of a text."""
+    from maya_un.config.settings import settings  # noqa: PLC0415 - only for a mistake
+
+    unit = next((one.unit for one in settings() if one.name == found.key), "")
+    said = _at(keys, found.key)
+    if said is None and isinstance(found.value, float) and unit in _PEOPLES:
+        peoples, factor = _PEOPLES[unit]
+        return found._replace(value=f"{found.value * factor:.12g} {peoples}")
+    if isinstance(said, str) and found.reason == WHOLE and unit:
+        found = found._replace(reason=phrase("it is a whole number of {unit}", unit=unit))
+    return found._replace(value=said) if isinstance(said, str | int | float) else found
+
+
+def _at(keys: Mapping[str, Any], key: str) -> object:
+    """Return the value at a dotted key, None without one."""
+    value: object = keys
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    return value
 
 
 def _with_nearest(found: Flaw) -> Flaw:
@@ -124,8 +146,15 @@ def toml_reason(text: str, error: Exception) -> str:
             right = f'"{right} {unit}"' if unit else right
             line = text.count("\n", 0, found.start(1)) + 1
             return phrase("line {line}: write {key} = {right}", line=line, key=key, right=right)
+    twice = _TWICE.search(str(error))
+    if twice is not None:
+        table = ".".join(re.findall(r"'([^']*)'", twice[1]))
+        return phrase("line {line}: the table [{table}] appears twice", line=twice[2], table=table)
     return phrase("it is not TOML: {error}", error=error)
 
+
+_TWICE = re.compile(r"Cannot declare \((.*)\) twice \(at line (\d+)")
+"""The words of the parser for a table that appears twice."""
 
 _VALUE = re.compile(r"^[ \t]*([\w.-]+)[ \t]*=[ \t]*([+-]?\d+(?:[.,]\d+)?)[ \t]*([A-Za-zµ°%]*)[ \t]*(?:#.*)?$", re.M)
 """A key, a number, and perhaps a unit: alone in a line."""

@@ -137,7 +137,9 @@ def test_config_init_writes_a_valid_file_and_never_overwrites(
     assert main(["config", "init", file]) == 0
     assert main(["config", "check", file]) == 0
     assert main(["config", "init", file]) == 2
-    assert "error 5002" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "error 5018" in said
+    assert "Edit it, or name another file: `maya config init FILE`." in said
 
 
 def test_config_show_is_toml_in_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
