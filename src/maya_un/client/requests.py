@@ -408,7 +408,7 @@ def step_queue() -> Request[QueueView]:
 
 
 def answer_question(answer: str) -> Request[QueueView]:
-    """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
+    """Answer the question of the running job with one of its choices; the choice `cancel` ends the job.
 
     If no job asks, the error is 4004 NotFound.
     """
