@@ -167,13 +167,21 @@ def _queued(job: Line, speed: float, language: str) -> tuple[str, ...]:
         str(job["id"]),
         job["name"],
         state(job, language),
-        f"{job['done']}/{job['steps']}",
+        _progress(job, language),
         duration(left),
         "" if left is None else clock_in(left),
         str(job["priority"] or ""),
         job["owner"],
         _notes(job, language),
     )
+
+
+def _progress(job: Line, language: str) -> str:
+    """Return how many of its steps a job has done; those that a job leaves out until its end are skipped."""
+    left = job["steps"] - job["done"]
+    if job["state"] != "done" or left <= 0:
+        return f"{job['done']}/{job['steps']}"
+    return translate("{steps}/{steps}, {skipped} skipped", language, steps=job["steps"], skipped=left)
 
 
 def past(jobs: Sequence[Line], language: str) -> str:
@@ -201,7 +209,7 @@ def past(jobs: Sequence[Line], language: str) -> str:
             str(job["id"]),
             job["name"],
             state(job, language),
-            f"{job['done']}/{job['steps']}",
+            _progress(job, language),
             duration(job["predicted"] or None),
             duration(job["duration"]),
             clock_text(job["submitted"]),
@@ -224,7 +232,7 @@ def ended(jobs: Sequence[Line], language: str) -> str:
             str(job["id"]),
             job["name"],
             state(job, language),
-            f"{job['done']}/{job['steps']}",
+            _progress(job, language),
             duration(job["duration"]),
             clock_text(job["ended"]),
         )

@@ -107,6 +107,17 @@ def test_jobs_that_ended_last_are_shown_with_the_errors_of_those_that_failed(
     assert f"El trabajo 4 ha fallado: {NotHomed().text('es')}" in printed(["queue", "--lang", "es"], capsys)
 
 
+def test_a_job_that_is_done_has_no_steps_left_but_those_of_the_other_branch(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = {**LINE, "id": 5, "state": "done", "done": 11, "steps": 13, "duration": 61.0}
+    failed = {**done, "id": 4, "state": "failed", "code": 4024}
+    serve(**{"/v1/jobs": [done, failed]})
+    shown = printed(["queue"], capsys)
+    assert " 13/13, 2 skipped " in shown
+    assert " 11/13 " in shown
+
+
 def test_json_output_is_the_answer_of_the_service(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     serve()
     assert json.loads(printed(["queue", "--json"], capsys)) == VIEW
