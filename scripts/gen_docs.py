@@ -91,7 +91,7 @@ def configuration_page() -> str:
         "A TOML file sets single keys. Keys that the file omits have the defaults below. Most defaults come from the\n"
         "manual. Lengths are in metres, angles in radians, times in seconds. Keys that end in `_counts` are registers\n"
         "of the motion controller. `maya config init` writes this file, `maya config check` checks a file, and\n"
-        "`maya config show` prints the values in force.\n\n"
+        "`maya config show` prints the values in force, in mm and degrees, or with `--units si` in m and rad.\n\n"
         f"```toml\n{template()}```\n"
     )
 

@@ -71,6 +71,11 @@ class Twin:
 
         return TwinFaultInjector(self.controller.faults)
 
+    def true_joints(self) -> tuple[float, float, float]:
+        """Return the true angle [rad] and the true line lengths [m]; homing is not needed."""
+        self.controller.look()
+        return self.mechanics.true_joints()
+
     @property
     def carried(self) -> str | None:
         """The part between the jaws, or None."""

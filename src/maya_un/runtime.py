@@ -24,11 +24,15 @@ _MOST_BYTES = 4096
 
 
 class Running(NamedTuple):
-    """A `maya up` as its file describes it; `controller` is its address, None for a twin in the process."""
+    """A `maya up` as its file describes it; `controller` is its address, None for a twin in the process.
+
+    `config` is the path of its configuration file, "" for the manual's values, None if it does not say.
+    """
 
     url: str
     pid: int
     controller: ControllerAddress | None
+    config: str | None = None
 
 
 def folder() -> Path:
@@ -65,7 +69,8 @@ def read(place: Path) -> Any:
 def _parse(found: dict[str, Any]) -> Running:
     controller = found["controller"]
     address = None if controller is None else parse(controller)
-    return Running(str(found["url"]), int(found["pid"]), address)
+    config = found.get("config")
+    return Running(str(found["url"]), int(found["pid"]), address, None if config is None else str(config))
 
 
 @contextmanager
@@ -118,7 +123,8 @@ def _take(lock: int) -> None:
 def publish(running: Running) -> None:
     """Write the runtime file, whole or not at all; raises `FileUnwritable`."""
     controller = None if running.controller is None else str(running.controller)
-    write("service.json", {"url": running.url, "pid": running.pid, "controller": controller})
+    said = {"url": running.url, "pid": running.pid, "controller": controller, "config": running.config}
+    write("service.json", said)
 
 
 def write(name: str, value: object) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from dmc41x3.i18n import PHRASE, marked, phrase
@@ -15,7 +15,9 @@ UNKNOWN = phrase("there is no such key")
 """Why a key is refused that a mapping does not have."""
 
 _TRUTH = phrase("it must be true or false")
-_WHOLE = phrase("it must be a whole number")
+WHOLE = phrase("it must be a whole number")
+"""Why a value is refused that is no whole number."""
+
 _NUMBER = phrase("it must be a number")
 _TEXT = phrase("it must be a text")
 _LIST = phrase("it must be a list")
@@ -34,10 +36,10 @@ _TEMPLATES = {
     "less_than": marked("it must be less than {lt}", PHRASE),
     "less_than_equal": marked("it must be at most {le}", PHRASE),
     "finite_number": phrase("it must be a finite number"),
-    "int_type": _WHOLE,
-    "int_parsing": _WHOLE,
+    "int_type": WHOLE,
+    "int_parsing": WHOLE,
     "int_parsing_size": phrase("it has too many digits"),
-    "int_from_float": _WHOLE,
+    "int_from_float": WHOLE,
     "float_type": _NUMBER,
     "float_parsing": _NUMBER,
     "bool_type": _TRUTH,
@@ -76,3 +78,14 @@ def reason_of(error: ErrorDetails | Mapping[str, Any]) -> str:
         return error["msg"]
     choices = str(context.get("expected", "")).replace(" or ", ", ")
     return template.format(**context, choices=choices)
+
+
+_CLOSE = 0.8
+"""Similarity of a misspelt key and the one that was meant."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """Return the one of the `known` names that was probably meant by a misspelt one, None if none is near."""
+    from difflib import get_close_matches  # noqa: PLC0415 - only for a mistake
+
+    return next(iter(get_close_matches(name, tuple(known), 1, _CLOSE)), None)

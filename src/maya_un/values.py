@@ -134,9 +134,11 @@ class State:
 class StopReport:
     """Report of a stop: the motion that was under way ends within `duration` [s] and `distance`.
 
-    `distance` holds the remaining way of each axis (rad, m, m); all zero if nothing moved.
+    `distance` holds the remaining way of each axis (rad, m, m); all zero if nothing moved. `job` is the number of the
+    job that the stop ends, None without one: a job may wait, for a person or an input, while nothing moves.
     """
 
     was_moving: bool
     duration: float
     distance: tuple[float, float, float]
+    job: int | None = None

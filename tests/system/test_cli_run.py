@@ -83,6 +83,14 @@ def test_the_seed_draws_the_start(capsys: pytest.CaptureFixture[str]) -> None:
     assert first["duration"] != other["duration"]
 
 
+@pytest.mark.waits("2 s at ten times real speed for an input that stays as it is")
+def test_a_job_that_began_and_failed_was_not_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "job.yaml").write_text("steps: [{wait_for: {input: 1, is: off, within: 2 s}}]")
+    found = report("run job.yaml --speed 10", capsys, code=1)
+    assert (found["state"], found["code"]) == ("failed", 4024)
+    assert main(["run", "job.yaml", "--truth", "nowhere.toml"]) == 2
+
+
 def test_people_get_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "job.yaml", "--dry-run"]) == 0
     text = capsys.readouterr().out

@@ -199,12 +199,24 @@ async def test_guarded_moves_bring_a_robot_to_a_known_pose() -> None:
         assert_safe(bench)
 
 
+async def test_the_remedy_of_a_robot_that_is_not_homed_is_the_one_that_works() -> None:
+    async with rig(bare()) as bench:
+        for refused in (bench.controller.move(SECOND), bench.controller.confirm_datum(SECOND, by="ada")):
+            with pytest.raises(NotHomed, match="Run `maya datum` first"):
+                await refused
+    async with rig(Config()) as bench:
+        with pytest.raises(NotHomed, match="Run `maya home` first"):
+            await bench.controller.move(SECOND)
+
+
 @pytest.mark.parametrize("axis", AXES)
 async def test_guarded_move_is_short(axis: str) -> None:
     async with rig(bare()) as bench:
-        for distance in (1.01 * NUDGE[AXES.index(axis)], 0.0, float("nan")):
-            with pytest.raises(InvalidValue):
+        for distance in (1.01 * NUDGE[AXES.index(axis)], float("nan")):
+            with pytest.raises(InvalidValue, match="one `maya datum move` is at most 50 mm or 5 degrees long"):
                 await bench.controller.guarded_move(axis, distance)
+        with pytest.raises(InvalidValue, match="it must not be 0"):
+            await bench.controller.guarded_move(axis, 0.0)
         assert b"BG" not in bench.sent
 
 

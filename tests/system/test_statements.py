@@ -107,6 +107,16 @@ async def test_stop_of_the_controller_alone_ends_a_wait() -> None:
         assert (await running.service.wait(job)).code == 2201
 
 
+async def test_a_stop_names_the_job_that_it_ends() -> None:
+    async with robot() as running:
+        assert (await running.service.stop()).job is None
+        job = await submitted(running, {"ask": "Ready?"})
+        await begun(running, 1)
+        report = await running.service.stop()
+        assert (report.was_moving, report.job) == (False, job)
+        assert (await running.service.wait(job)).code == 2201
+
+
 @pytest.mark.parametrize("statement", [{"wait": "1 h"}, {"wait_for": {"input": PART, "is": "off"}}, {"ask": "Ready?"}])
 async def test_cancel_ends_every_wait_at_once(statement: dict[str, Any]) -> None:
     async with robot() as running:
@@ -300,6 +310,14 @@ async def test_wait_for_fails_when_its_time_is_over_and_a_pause_does_not_count()
         assert outputs(running) == []
 
 
+async def test_the_error_of_an_input_names_it_as_the_job_does() -> None:
+    async with robot() as running:
+        by_name = await done(running, {"wait_for": {"input": "part", "is": "off", "within": 10}})
+        assert by_name.message.startswith("Input part (3) was not off within 10.0 s.")
+        by_number = await done(running, {"wait_for": {"input": PART, "is": "off", "within": 10}})
+        assert by_number.message.startswith("Input 3 was not off within 10.0 s.")
+
+
 async def test_a_failed_wait_for_an_input_is_repeated_by_retries() -> None:
     async with robot() as running:
         from maya_un.process.journal.protocol import JobOptions
@@ -322,6 +340,7 @@ async def test_a_question_is_shown_answered_and_stored() -> None:
         await elapse(50.0)
         question = running.service.queue.view().question
         assert question is not None
+        assert (await running.service.status()).question == question
         assert (question.job, question.index, question.question, question.choices, question.open) == (
             job,
             1,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import inf, nan, pi, radians
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from maya_un.config import AxisConfig, Config, default_path, load, template, to_toml
+from maya_un.config import AxisConfig, Config, default_path, for_people, load, template, to_toml
 from maya_un.config.files import parse
 from maya_un.config.model import BoxConfig, parse_zone
 from maya_un.errors import FileUnreadable, InvalidConfig, InvalidRequest
@@ -210,15 +210,15 @@ def test_an_unknown_key_is_refused_by_name(key: str) -> None:
     ("keys", "key", "value"),
     [
         ({"geometry": {"delta": 2.4}}, "geometry.delta", "2.4"),
-        ({"geometry": {"length": 0.3}}, "geometry.delta", "0.3"),
+        ({"geometry": {"length": 0.3}}, "geometry.delta", '"300 mm"'),
         ({"geometry": {"gripper_height": 2.35}}, "geometry.gripper_height", "2.35"),
-        ({"geometry": {"length": 5.0}}, "axes.b.maximum", "2.26"),
-        ({"geometry": {"length": 0.8}}, "axes.b.minimum", "0.575"),
-        ({"geometry": {"length": 2.9}}, "axes.b.minimum", "0.575"),
+        ({"geometry": {"length": 5.0}}, "axes.b.maximum", '"2260 mm"'),
+        ({"geometry": {"length": 0.8}}, "axes.b.minimum", '"575 mm"'),
+        ({"geometry": {"length": 2.9}}, "axes.b.minimum", '"575 mm"'),
         ({"axes": {"c": {"minimum": 2.1}}}, "axes.c.minimum", "2.1"),
         ({"axes": {"b": {"minimum": 2.26}}}, "axes.b.minimum", "2.26"),
         ({"cell": {"grasp_height": 2.1}}, "cell.grasp_height", "2.1"),
-        ({"axes": {"b": {"letter": "A"}}}, "axes.*.letter", '"AAC"'),
+        ({"axes": {"b": {"letter": "A"}}}, "axes.b.letter", '"A"'),
         ({"axes": {"a": {"minimum": -1.0, "maximum": 6.0}}}, "axes.a.minimum", "-1.0"),
         ({"axes": {"b": {"stop_deceleration_counts": 5119}}}, "axes.b.stop_deceleration_counts", "5119"),
         ({"safety": {"self_locking": False, "off_on_error": 1}}, "safety.off_on_error", "1"),
@@ -227,6 +227,38 @@ def test_an_unknown_key_is_refused_by_name(key: str) -> None:
 def test_keys_that_contradict_each_other_are_refused(keys: dict[str, Any], key: str, value: str) -> None:
     said = refusal(keys)
     assert (said["key"], said["value"]) == (key, value)
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "reason"),
+    [
+        ({"geometry": {"length": 2.9}, "axes": {"b": {"minimum": "580 mm"}}}, '"580 mm"', "2925 mm or more"),
+        ({"geometry": {"length": 2.9}, "axes": {"b": {"minimum": 0.58}}}, "0.58", "2925 mm or more"),
+        (nested("axes.b.minimum", "1900 mm"), '"2260 mm"', "homing needs a stroke of 500 mm or more"),
+        (nested("geometry.length", "650 mm"), '"575 mm"', "it must be smaller than length - delta"),
+        (nested("axes.a.minimum", "190 deg"), '"190 deg"', "it must be smaller than maximum"),
+        (nested("axes.a.speed_counts", "10 deg/s"), '"10 deg/s"', "it is a whole number of counts/s"),
+        (
+            {"axes": {"a": {"letter": "B"}}},
+            '"B"',
+            "axes a, b and c have the letters B, B, C; give each letter once",
+        ),
+        (nested("controller.input_names", ["x", "y", "x"]), '["x", "y", "x"]', "the name x stands twice"),
+    ],
+)
+def test_a_refusal_has_the_value_as_it_was_written_and_limits_with_units(
+    keys: dict[str, Any], value: str, reason: str
+) -> None:
+    said = refusal(keys)
+    assert said["value"] == value
+    assert reason in str(said["reason"])
+
+
+def test_a_table_that_appears_twice_is_named(tmp_path: Path) -> None:
+    place = tmp_path / "config.toml"
+    place.write_text("[controller]\ntimeout = 1.0\n\n[axes.b]\n[controller]\n")
+    with pytest.raises(FileUnreadable, match=r"line 5: the table \[controller\] appears twice"):
+        load(place)
 
 
 @pytest.mark.parametrize(
@@ -341,6 +373,35 @@ def configurations(draw: st.DrawFn) -> Config:
 @given(configurations())
 def test_written_and_read_again_it_is_the_same(config: Config) -> None:
     assert parse(tomllib.loads(to_toml(config))) == config
+
+
+def leaves(value: object, key: str = "") -> Iterator[tuple[str, object]]:
+    """Yield the values within nested data by their dotted keys."""
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else None
+    if inner is None:
+        yield key, value
+        return
+    for name, one in inner:
+        yield from leaves(one, f"{key}.{name}")
+
+
+@given(configurations(), st.booleans())
+def test_what_people_read_is_nearly_the_same_configuration(config: Config, si: bool) -> None:
+    again = dict(leaves(parse(tomllib.loads(for_people(config, si=si))).model_dump()))
+    for key, value in leaves(config.model_dump()):
+        assert again.pop(key) == (pytest.approx(value, rel=1e-10) if isinstance(value, float) else value)
+    assert not again
+
+
+def test_people_read_lengths_in_millimetres_and_angles_in_degrees() -> None:
+    config = parse({"axes": {"a": {"minimum": "-10 deg"}, "c": {"minimum": "1400 mm"}}, "zones": [ZONES[0]]})
+    lines = for_people(config).splitlines()
+    assert 'minimum = "-10 deg"  # lower end of the stroke' in lines
+    assert 'minimum = "1400 mm"  # lower end of the stroke' in lines
+    assert "speed = 0.03  # speed of the lines during travel [m/s]" in lines
+    lines = for_people(config, si=True).splitlines()
+    assert "minimum = -0.174532925199  # lower end of the stroke [rad]" in lines
+    assert "minimum = 1.4  # lower end of the stroke [m]" in lines
 
 
 def test_the_file_to_start_from_changes_nothing() -> None:
@@ -473,7 +534,7 @@ def test_other_address_of_a_camera_is_refused(url: str) -> None:
         ('[[zones]]\nname = "a"\nkind = "box"\n', "zones.0.low (machine.toml, line 1)"),
         ("[cell]\nclearence = 0.1\n", "cell.clearence (machine.toml, line 2)"),
         ("[tower]\nheight = 1\n", "tower (machine.toml, line 1)"),
-        ("[geometry]\nlength = 5.0\n", "axes.b.maximum = 2.26"),
+        ("[geometry]\nlength = 5.0\n", 'axes.b.maximum = "2260 mm"'),
     ],
 )
 def test_error_in_a_file_has_its_line(tmp_path: Path, text: str, where: str) -> None:
@@ -491,13 +552,13 @@ def test_error_in_a_file_has_its_line(tmp_path: Path, text: str, where: str) -> 
     [
         ({"geometry": {"height": 1.3}}, "axes.b.maximum", "too long for the height"),
         ({"geometry": {"length": 1.45}}, "axes.b.maximum", "too long for the height"),
-        ({"axes": {"b": {"minimum": 0.1}}}, "axes.b.minimum", "0.2 or more"),
-        ({"axes": {"b": {"minimum": 1.9}}}, "axes.b.maximum", "a stroke of 0.5 or more"),
-        ({"geometry": {"length": 2.9}}, "axes.b.minimum", "2.925 or more"),
-        ({"homing": {"stroke_tolerance": 0.2}, "axes": {"c": {"maximum": 2.09}}}, "axes.b.minimum", "2.25 or more"),
+        ({"axes": {"b": {"minimum": 0.1}}}, "axes.b.minimum", "200 mm or more"),
+        ({"axes": {"b": {"minimum": 1.9}}}, "axes.b.maximum", "a stroke of 500 mm or more"),
+        ({"geometry": {"length": 2.9}}, "axes.b.minimum", "2925 mm or more"),
+        ({"homing": {"stroke_tolerance": 0.2}, "axes": {"c": {"maximum": 2.09}}}, "axes.b.minimum", "2250 mm or more"),
         (
             {"geometry": {"length": 0.6}, "axes": {"b": {"minimum": 0.1}, "c": {"minimum": 0.1}}},
-            *("geometry.length", "0.4 m or more"),
+            *("geometry.length", "400 mm or more"),
         ),
     ],
 )

@@ -19,7 +19,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("controller", [None, NetworkAddress("10.0.0.1", 23), SerialAddress("/dev/ttyUSB0", 19200)])
 def test_published_entry_is_found_and_removed_with_its_owner(place: Path, controller: ControllerAddress | None) -> None:
-    running = Running("http://127.0.0.1:4133", os.getpid(), controller)
+    running = Running("http://127.0.0.1:4133", os.getpid(), controller, "/etc/maya.toml")
     with runtime.claimed():
         runtime.publish(running)
         assert runtime.find() == running

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 
 from dmc41x3.i18n import phrase
@@ -87,9 +87,10 @@ def check(path: str) -> MigrationReport:
         raise FileUnreadable(path=path, reason=_reason(error)) from error
     if len(names) > MOST_FILES:
         raise FileUnreadable(path=path, reason=phrase("it holds more than {most} files", most=MOST_FILES))
-    left = MOST_BYTES
-    for name in names:
-        left -= _check(name, report, alone=not is_folder)
+    left, reading = MOST_BYTES, _Reading(report, alone=not is_folder)
+    for take in chain((partial(reading.check, name) for name in names), reading.beside()):
+        name = take.args[0]
+        left -= take()
         if left < 0:
             reason = phrase(
                 "it and the files before it have {most} MB; give a smaller folder", most=MOST_BYTES // 1_000_000
@@ -100,6 +101,40 @@ def check(path: str) -> MigrationReport:
     if not is_folder and report.unread:
         raise FileUnreadable(path=path, reason=report.unread[0].reason)
     return report
+
+
+class _Reading:
+    """Reads files into a report, first those that name something of the original.
+
+    A Python file that names nothing of it is read too where another one does, in its folder or above: it is imported
+    there, and so must have the syntax of Python 3.
+    """
+
+    def __init__(self, report: MigrationReport, *, alone: bool) -> None:
+        self._report = report
+        self._alone = alone
+        self._folders: set[Path] = set()
+        self._others: list[Path] = []
+
+    def check(self, path: Path) -> int:
+        """Add the findings of a file, and return the number of bytes that its reader took."""
+        reader, size = _check(path, self._report, alone=self._alone)
+        if reader is _python:
+            self._folders.add(path.parent)
+        elif reader is _nothing and path.suffix.lower() == ".py":
+            self._others.append(path)
+        return size
+
+    def beside(self) -> Iterator[partial[int]]:
+        """Yield the reading of each Python file beside or below one that names something of the original."""
+        for path in self._others:
+            if not self._folders.isdisjoint(path.parents):
+                yield partial(self._syntax, path)
+
+    def _syntax(self, path: Path) -> int:
+        reader, size = _check(path, self._report, alone=False, reader=_python)
+        self._report.files -= reader is not None  # it has been counted before
+        return size
 
 
 def _below(root: Path, report: MigrationReport) -> Iterator[Path]:
@@ -123,21 +158,26 @@ def _is_ours(manifest: Path) -> bool:
     return False
 
 
-def _check(path: Path, report: MigrationReport, *, alone: bool) -> int:
-    """Add the findings of a file to a report, and return the number of bytes that its reader took."""
+def _check(
+    path: Path, report: MigrationReport, *, alone: bool, reader: Reader | None = None
+) -> tuple[Reader | None, int]:
+    """Add the findings of a file to a report; return its reader, None without one, and the bytes that it took.
+
+    Without `reader` the name and the content of the file decide.
+    """
     if not (alone or _has_reader(path) or _may_have_one(path)):
-        return 0
+        return None, 0
     try:
         data = _content(path)
-        reader = _reader_of(path, data)
+        reader = reader or _reader_of(path, data)
         found = list(dict.fromkeys(_Comparable(one) for one in reader(_text(data))))
     except (OSError, _Unfit) as error:
         if alone or _has_reader(path):
             report.unread.append(Unread(str(path), _reason(error)))
-        return 0
+        return None, 0
     report.files += 1
     report.findings += [(str(path), one.finding) for one in found]
-    return len(data) if reader is not _nothing else 0
+    return reader, len(data) if reader is not _nothing else 0
 
 
 class _Unfit(Exception):

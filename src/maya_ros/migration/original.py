@@ -366,7 +366,8 @@ WIRING = Rule(
 DYNAMICS = Rule(
     "dynamics", "`SP`, `AC`, `DC`",
     marked("Maya sets {name} from the configuration when it connects. A change by another program is a fault (2312)."),
-    marked("Set `axes.a.{key}` (b, c alike) in the configuration; for one motion, use `maya speed 50%`."),
+    marked("Set `axes.a.{key}` (b, c alike) in the configuration; for one motion, give the step of a job "
+    "`speed: 50 %`."),
     Severity.CHECK, example={"name": "SP", "key": "speed_counts"},
 )  # fmt: skip
 GRIPPER = Rule(

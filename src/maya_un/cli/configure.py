@@ -11,9 +11,9 @@ from dmc41x3.files import unwritable, write
 from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.config import Config, default_path, load, template, to_toml
+from maya_un.config import Config, default_path, for_people, load, template
 from maya_un.config.files import parse, shown, written
-from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidConfig
+from maya_un.errors import ConfigExists, InvalidCommandLine, InvalidConfig
 from maya_un.validation import reason_of
 from maya_un.values import Point
 
@@ -43,9 +43,10 @@ def _place(file: str | None, settings: OutputSettings) -> Path:
 
 
 def show(settings: OutputSettings) -> int:
-    """Print every current key with its meaning and unit; return the exit code."""
+    """Print every current key with its meaning, in the units of people or in SI; return the exit code."""
     config = configuration(settings)
-    return output.answer(config.model_dump(mode="json"), to_toml(config).rstrip(), settings)
+    text = for_people(config, si=settings.units == "si").rstrip()
+    return output.answer(config.model_dump(mode="json"), text, settings)
 
 
 def check(file: str | None, settings: OutputSettings) -> int:
@@ -66,14 +67,14 @@ def check(file: str | None, settings: OutputSettings) -> int:
 
 
 def init(file: str | None, settings: OutputSettings) -> int:
-    """Write a configuration with every key commented out; raises `FileUnwritable`, also if the file exists."""
+    """Write a configuration with every key commented out; raises `ConfigExists` and `FileUnwritable`."""
     place = _place(file, settings)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise unwritable(place, error) from error
     if place.exists() or place.is_symlink():
-        raise FileUnwritable(path=place, reason="there is a file already")
+        raise ConfigExists(path=place)
     write(place, template())
     return output.answer({"path": str(place)}, translate("Written: {path}", settings.language, path=place), settings)
 

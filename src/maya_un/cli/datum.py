@@ -53,7 +53,7 @@ def give(
         typer.Argument(metavar="[A B C]", help="joints, as 30deg 1500mm 1300mm  [default: the homed pose]"),
     ] = None,
 ) -> int:
-    """Say that the robot stands in a pose. It does not move.
+    """Say that the robot stands in a pose, without values in the homed pose. It does not move.
 
     Motion is slow and bounded until `maya datum confirm`.
 
@@ -70,7 +70,7 @@ def give(
 
 
 def confirm(context: typer.Context, pose: Pose) -> int:
-    """Say where the robot stands after a motion of all three axes. It does not move.
+    """Say where the robot stands after a motion of all three axes, each by 50 mm or 5.2 degrees. It does not move.
 
     If that differs from the position by more than 20 mm or 2 degrees, the robot is not homed any more.
 

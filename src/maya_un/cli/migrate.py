@@ -160,7 +160,8 @@ def as_text(report: CheckReport, language: str) -> str:
     for file, one in report.findings:
         why, instead = one.sentences(language)
         if why:
-            lines += [f"{file}:{one.line}: {one.found}", f"    {why}", f"    {instead}"]
+            mark = f" ({translate('check', language)})" if str(one.kind) == "check" else ""
+            lines += [f"{file}:{one.line}: {one.found}{mark}", f"    {why}", f"    {instead}"]
     for one in report.unread:
         reason = translate_phrase(one.reason, language)
         lines.append(translate("{file}: not read: {reason}", language, file=one.file, reason=reason))

@@ -46,14 +46,16 @@ def complain(error: MayaError, settings: OutputSettings) -> int:
 def concluded(report: Mapping[str, Any], settings: OutputSettings) -> int:
     """Print on the error stream why a job or command failed, and return the exit code; 0 if it succeeded.
 
-    `report` is a JobReport as JSON data. With --json, the printed report already contains the error.
+    Once one of its steps has begun, nothing was refused, whatever its code. `report` is a JobReport as JSON data. With
+    --json, the printed report already contains the error.
     """
     if report["state"] == "done":
         return DONE
     if not settings.json:
         message = translated(report["code"], report["message"], settings.language)
         print(f"maya: error {report['code']}: {message}", file=sys.stderr, flush=True)
-    return exit_code(report["code"]) or FAILED
+    begun = any(step["duration"] is not None for step in report.get("steps", ()))
+    return FAILED if begun else exit_code(report["code"]) or FAILED
 
 
 def exit_code(code: int) -> int:

@@ -96,13 +96,20 @@ def _directly(address: ControllerAddress, settings: OutputSettings) -> int:
 
 def _stopping(report: dict[str, Any], settings: OutputSettings) -> str:
     if not report["was_moving"]:
-        return translate("Nothing was moving.", settings.language)
+        return _nothing_moved(report.get("job"), settings.language)
     return translate(
         "Stopping: at rest within {seconds:.2f} s, after {way}.",
         settings.language,
         seconds=report["duration"],
         way=units_of(settings).joints(tuple(map(abs, report["distance"]))),
     )
+
+
+def _nothing_moved(job: int | None, language: str) -> str:
+    """Return what a stop did while nothing moved: it ends a job that waits."""
+    if job is None:
+        return translate("Nothing was moving.", language)
+    return translate("Nothing was moving. Job {id} was ended.", language, id=job)
 
 
 def status(arguments: list[str], settings: OutputSettings) -> int:
@@ -140,6 +147,9 @@ def _described(found: dict[str, Any], settings: OutputSettings) -> str:
                 "{running} running, {waiting} waiting", language, running=running, waiting=len(found["jobs"]) - running
             )
         )
+    asked = found.get("question")
+    if asked is not None and asked["open"]:
+        lines.append(translate("job {job} waits for an answer: {question}", language, **asked))
     if fault is not None:
         message = translated(fault["code"], fault["message"], language)
         lines.append(translate("fault {code}: {message}", language, code=fault["code"], message=message))

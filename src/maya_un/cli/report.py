@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import dist
 from typing import Any
 
@@ -43,10 +43,20 @@ def as_text(data: Mapping[str, Any], language: str, units: OutputUnits = MILLIME
     blocks = [_headline(data, language, units), _steps(data["steps"], language)]
     if data["parts"]:
         blocks.append(_parts(data["parts"], language, units))
-    if data["remarks"]:
+    notes = [*(translate_phrase(remark, language) for remark in data["remarks"]), *_unknown(data, language)]
+    if notes:
         shape = translate("note", language)
-        blocks.append("\n".join(f"{shape}: {translate_phrase(remark, language)}" for remark in data["remarks"]))
+        blocks.append("\n".join(f"{shape}: {note}" for note in notes))
     return "\n\n".join(blocks)
+
+
+def _unknown(data: Mapping[str, Any], language: str) -> Iterator[str]:
+    """Yield why deviations are unknown on the twin after a job with branches."""
+    branches = any(step["step"].partition(" ")[0] == "if" for step in data["steps"])
+    for name, part in data["parts"].items():
+        if branches and data["state"] == "done" and part["place"] is not None and part["commanded"] is None:
+            text = marked("how far {part} is off is unknown: a branch decides whether and where the job puts it down")
+            yield translate(text, language, part=name)
 
 
 def _headline(data: Mapping[str, Any], language: str, units: OutputUnits) -> str:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import shlex
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import PHRASE, marked, translate
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.progress import Display, tell
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
-from maya_un.events import event_of
+from maya_un.events import QuestionAsked, event_of
 
 _REASONS = {
     "asked": marked("{by} paused it"),
@@ -117,11 +118,31 @@ def _to_the_end(client: ServiceClient, job: int, since: int, display: Display, l
         events = client.ask(requests.events(since=since, wait=PATIENCE))
         for event in events:
             since = event["seq"]
-            tell(event_of(event["kind"], event["detail"], event["code"]), display, language)
+            happened = event_of(event["kind"], event["detail"], event["code"])
+            if isinstance(happened, QuestionAsked):
+                display.wait(_asked(happened, language))
+            else:
+                tell(happened, display, language)
         if events:
             report = client.ask(requests.report(job))
         animate(client, display)
     return report
+
+
+def answers(choices: Sequence[str], language: str) -> str:
+    """Return the commands that answer a question, one for each of its choices."""
+    commands = [f"`maya queue answer {shlex.quote(choice)}`" for choice in choices]
+    return translate(" or ", language, PHRASE).join(commands)
+
+
+def _asked(event: QuestionAsked, language: str) -> str:
+    """Return a question with the ways to answer it: this terminal takes no answer."""
+    return translate(
+        "question: {question} Answer with {answers}.",
+        language,
+        question=event.question,
+        answers=answers(event.choices.split(" / "), language),
+    )
 
 
 def animate(client: ServiceClient, display: Display) -> None:

@@ -131,7 +131,7 @@ def events(
 
 
 def twin() -> Request[Table]:
-    """Return the positions of the parts on the table of the twin [m]."""
+    """Return the positions of the parts on the table of the twin [m], and the true joints (rad, m, m)."""
     return Request("GET", "/v1/twin", Answer("maya_un.schema.robot", "Table"))
 
 
@@ -408,7 +408,7 @@ def step_queue() -> Request[QueueView]:
 
 
 def answer_question(answer: str, *, job: int | None = None, index: int | None = None) -> Request[QueueView]:
-    """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
+    """Answer the question of the running job with one of its choices; the choice `cancel` ends the job.
 
     Send `job` and `index` of the question that was read: if another one is open now, or none, the error is 4004
     NotFound.

@@ -4,7 +4,7 @@ The defaults are the manual's; a TOML file changes single keys. Units are SI, ex
 controller, whose names end in `_counts`.
 """
 
-from maya_un.config.files import load, template, to_toml
+from maya_un.config.files import for_people, load, template, to_toml
 from maya_un.config.model import (
     AxisConfig,
     CellConfig,
@@ -37,6 +37,7 @@ __all__ = [
     "Units",
     "WiringConfig",
     "default_path",
+    "for_people",
     "load",
     "template",
     "to_toml",

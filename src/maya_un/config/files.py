@@ -7,8 +7,9 @@ import json
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
+from math import degrees
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,7 +23,7 @@ from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
 from maya_un.quantities import UNITS
-from maya_un.validation import UNKNOWN
+from maya_un.validation import UNKNOWN, WHOLE, nearest
 
 
 def load(path: Path | None = None, base: Config | None = None) -> Config:
@@ -99,25 +100,41 @@ def checked(keys: dict[str, Any], base: Config | None = None) -> tuple[Config | 
     try:
         return Config.model_validate(_overlay((base or Config()).model_dump(exclude_none=True), keys)), []
     except ValidationError as error:
-        return None, [_with_nearest(one) for one in flaws(error, tuple(KINDS))]
+        return None, [_as_written(_with_nearest(one), keys) for one in flaws(error, tuple(KINDS))]
 
 
-_CLOSE = 0.8
-"""Similarity of a misspelt key and the one that was meant."""
+def _as_written(found: Flaw, keys: Mapping[str, Any]) -> Flaw:
+    """Return a flaw with the value that a person wrote, and the unit that is expected in place of a text."""
+    from maya_un.config.settings import settings  # noqa: PLC0415 - only for a mistake
+
+    unit = next((one.unit for one in settings() if one.name == found.key), "")
+    said = _at(keys, found.key)
+    if said is None and isinstance(found.value, float) and unit in _PEOPLES:
+        peoples, factor = _PEOPLES[unit]
+        return found._replace(value=f"{found.value * factor:.12g} {peoples}")
+    if isinstance(said, str) and found.reason == WHOLE and unit:
+        found = found._replace(reason=phrase("it is a whole number of {unit}", unit=unit))
+    return found._replace(value=said) if isinstance(said, str | int | float) else found
+
+
+def _at(keys: Mapping[str, Any], key: str) -> object:
+    """Return the value at a dotted key, None without one."""
+    value: object = keys
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, Mapping) else None
+    return value
 
 
 def _with_nearest(found: Flaw) -> Flaw:
     """Return a flaw; that of an unknown key names the nearest key of its section."""
     if found.reason != UNKNOWN:
         return found
-    from difflib import get_close_matches  # noqa: PLC0415 - only for a mistake
-
     section, _, name = found.key.rpartition(".")
     model: Any = Config
     for part in filter(None, section.split(".")):
         model = model.model_fields[part].annotation if isinstance(model, type) and part in model.model_fields else None
-    nearest = get_close_matches(name, getattr(model, "model_fields", ()), 1, _CLOSE)
-    return found._replace(reason=phrase("there is no such key; perhaps {name}", name=nearest[0])) if nearest else found
+    near = nearest(name, getattr(model, "model_fields", ()))
+    return found if near is None else found._replace(reason=phrase("there is no such key; perhaps {name}", name=near))
 
 
 def toml_reason(text: str, error: Exception) -> str:
@@ -129,8 +146,15 @@ def toml_reason(text: str, error: Exception) -> str:
             right = f'"{right} {unit}"' if unit else right
             line = text.count("\n", 0, found.start(1)) + 1
             return phrase("line {line}: write {key} = {right}", line=line, key=key, right=right)
+    twice = _TWICE.search(str(error))
+    if twice is not None:
+        table = ".".join(re.findall(r"'([^']*)'", twice[1]))
+        return phrase("line {line}: the table [{table}] appears twice", line=twice[2], table=table)
     return phrase("it is not TOML: {error}", error=error)
 
+
+_TWICE = re.compile(r"Cannot declare \((.*)\) twice \(at line (\d+)")
+"""The words of the parser for a table that appears twice."""
 
 _VALUE = re.compile(r"^[ \t]*([\w.-]+)[ \t]*=[ \t]*([+-]?\d+(?:[.,]\d+)?)[ \t]*([A-Za-zµ°%]*)[ \t]*(?:#.*)?$", re.M)
 """A key, a number, and perhaps a unit: alone in a line."""
@@ -144,15 +168,55 @@ def _overlay(base: dict[str, Any], top: dict[str, Any]) -> dict[str, Any]:
     return merged
 
 
+Setting = Callable[[str, object, str], str]
+"""Writes a key, its value and its meaning as a line of TOML."""
+
+
 def to_toml(config: Config, *, commented: bool = False) -> str:
     """Return the configuration as TOML, every key followed by its meaning and unit.
 
     With `commented`, the keys themselves are commented out, as a template.
     """
-    lines: list[str] = []
     prefix = "# " if commented else ""
-    _write(config, "", lines, prefix)
-    _write_zones(config, lines, prefix)
+    return _toml(config, lambda key, value, note: f"{prefix}{key} = {json.dumps(value)}  # {note}", prefix)
+
+
+def for_people(config: Config, *, si: bool = False) -> str:
+    """Return the configuration as TOML to be read: lengths in mm and angles in degrees, with `si` in m and rad.
+
+    Numbers are rounded, so it is nearly the configuration, and not exactly.
+    """
+    return _toml(config, _rounded if si else _with_units)
+
+
+def _rounded(key: str, value: object, note: str) -> str:
+    return f"{key} = {json.dumps(_each(value, lambda number: float(f'{number:.12g}')))}  # {note}"
+
+
+def _with_units(key: str, value: object, note: str) -> str:
+    unit = next((unit for unit in _PEOPLES if f" [{unit}]" in note), None)
+    if unit is None:
+        return _rounded(key, value, note)
+    peoples, factor = _PEOPLES[unit]
+    shown = _each(value, lambda number: f"{number * factor:.12g} {peoples}")
+    return f"{key} = {json.dumps(shown)}  # {note.replace(f' [{unit}]', '')}"
+
+
+_PEOPLES = {"m": ("mm", 1e3), "rad": ("deg", degrees(1.0))}
+"""The units of people for those that a meaning of a key names, and their factors."""
+
+
+def _each(value: object, change: Callable[[float], object]) -> object:
+    """Return a value with its numbers changed, or each number of its list; whole numbers and texts stay."""
+    if isinstance(value, tuple | list):
+        return [_each(one, change) for one in value]
+    return change(value) if isinstance(value, float) else value
+
+
+def _toml(config: Config, setting: Setting, prefix: str = "") -> str:
+    lines: list[str] = []
+    _write(config, "", lines, setting)
+    _write_zones(config, lines, setting, prefix)
     return "\n".join(lines).strip() + "\n"
 
 
@@ -162,26 +226,26 @@ def template() -> str:
     return head + to_toml(Config(), commented=True)
 
 
-def _write(model: BaseModel, name: str, lines: list[str], prefix: str) -> None:
+def _write(model: BaseModel, name: str, lines: list[str], setting: Setting) -> None:
     fields = type(model).model_fields
     values = {key: getattr(model, key) for key in fields if key != "zones"}  # `_write_zones` writes those
     leaves = {key: value for key, value in values.items() if not isinstance(value, BaseModel)}
     if leaves:
         lines.extend(["", f"[{name}]"])
     for key, value in leaves.items():
-        note = fields[key].description
-        lines.append(f"# {key}: {note}" if value is None else f"{prefix}{key} = {json.dumps(value)}  # {note}")
+        note = fields[key].description or ""
+        lines.append(f"# {key}: {note}" if value is None else setting(key, value, note))
     for key in fields:
         child = getattr(model, key)
         if isinstance(child, BaseModel):
-            _write(child, f"{name}.{key}" if name else key, lines, prefix)
+            _write(child, f"{name}.{key}" if name else key, lines, setting)
 
 
-def _write_zones(config: Config, lines: list[str], prefix: str) -> None:
+def _write_zones(config: Config, lines: list[str], setting: Setting, prefix: str) -> None:
     for zone in config.zones:
         lines.extend(["", f"{prefix}[[zones]]"])
         for key, field in type(zone).model_fields.items():
-            lines.append(f"{prefix}{key} = {json.dumps(getattr(zone, key))}  # {field.description}")
+            lines.append(setting(key, getattr(zone, key), field.description or ""))
     if not config.zones:
         lines.extend(["", f"# zones: {type(config).model_fields['zones'].description}"])
         for kind, model in KINDS.items():

@@ -354,7 +354,12 @@ class Axes(ConfigSection):
     def _distinct(self) -> Self:
         letters = "".join(axis.letter for axis in (self.a, self.b, self.c))
         if sorted(letters) != ["A", "B", "C"]:
-            raise Contradiction("*.letter", letters, phrase("the three axes are A, B and C, each once"))
+            unusual = zip("abc", letters, "ABC", strict=True)
+            again = next(name for name, now, usual in unusual if now != usual and letters.count(now) > 1)
+            reason = phrase(
+                "axes a, b and c have the letters {letters}; give each letter once", letters=", ".join(letters)
+            )
+            raise Contradiction(f"{again}.letter", self["abc".index(again)].letter, reason)
         for name, line in (("b", self.b), ("c", self.c)):
             if line.minimum < 0.0:
                 raise Contradiction(f"{name}.minimum", line.minimum, phrase("a line has a length, 0 or more"))
@@ -453,6 +458,11 @@ class CellConfig(ConfigSection):
     smooth: Annotated[bool, Field(description="true: pass the points above pick and place without a stop")] = True
 
 
+def _millimetres(length: float) -> str:
+    """Return a length [m] as people measure it."""
+    return f"{length * 1e3:.6g} mm"
+
+
 NARROWEST = 0.4
 """Least distance of the anchors, W [m]."""
 
@@ -517,6 +527,11 @@ class Config(ConfigSection):
         return "" if self.homing.torque_readings else phrase("the motors show no torque")
 
     @property
+    def homing_command(self) -> Literal["maya home", "maya datum"]:
+        """The command with which a person begins to make the position known."""
+        return "maya datum" if self.person_needed else "maya home"
+
+    @property
     def deepest(self) -> float:
         """The distance of the gripper at cell.grasp_height from its height with straight lines [m]."""
         return self.geometry.height - self.geometry.gripper_height - self.cell.grasp_height
@@ -530,7 +545,8 @@ class Config(ConfigSection):
         grasp, highest = self.cell.grasp_height, self.geometry.height - self.geometry.gripper_height
         if grasp + self.cell.clearance >= highest:
             reason = phrase(
-                "with the clearance it must stay below {highest:g}, where the lines are straight", highest=highest
+                "with the clearance it must stay below {highest}, where the lines are straight",
+                highest=_millimetres(highest),
             )
             raise Contradiction("cell.grasp_height", grasp, reason)
         return self
@@ -542,20 +558,21 @@ class Config(ConfigSection):
             return self
         width, shortest = self.geometry.width, 1.0 - self.homing.stroke_tolerance
         if width < NARROWEST:
-            reason = phrase("length - delta must be {least:g} m or more for homing", least=NARROWEST)
+            reason = phrase("length - delta must be {least} or more for homing", least=_millimetres(NARROWEST))
             raise Contradiction("geometry.length", self.geometry.length, reason)
         for name, line, other in (("b", self.axes.b, self.axes.c), ("c", self.axes.c, self.axes.b)):
             if line.minimum < SHORTEST * width:
-                reason = phrase("homing needs {least:g} or more, a tenth of length - delta", least=SHORTEST * width)
+                shortest_line = _millimetres(SHORTEST * width)
+                reason = phrase("homing needs {least} or more, a tenth of length - delta", least=shortest_line)
                 raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
             if line.maximum - line.minimum < STROKE * width:
-                reason = phrase("homing needs a stroke of {least:g} or more", least=STROKE * width)
+                reason = phrase("homing needs a stroke of {least} or more", least=_millimetres(STROKE * width))
                 raise Contradiction(f"axes.{name}.maximum", line.maximum, reason)
             if line.minimum + other.maximum * shortest < width * (1.0 + ROOM):
                 reason = phrase(
-                    "with the maximum of the other line it must be {least:g} or more: otherwise both lines are "
+                    "with the maximum of the other line it must be {least} or more: otherwise both lines are "
                     "straight before this one is at its short end",
-                    least=width * (1.0 + ROOM),
+                    least=_millimetres(width * (1.0 + ROOM)),
                 )
                 raise Contradiction(f"axes.{name}.minimum", line.minimum, reason)
             beside = min(self.deepest, other.maximum - 0.025 * width)
@@ -567,7 +584,8 @@ class Config(ConfigSection):
                 raise Contradiction(f"axes.{name}.maximum", line.maximum, reason)
         if self.deepest < DEPTH * width:
             reason = phrase(
-                "homing needs {least:g} m between the gripper at the anchors and cell.grasp_height", least=DEPTH * width
+                "homing needs {least} between the gripper at the anchors and cell.grasp_height",
+                least=_millimetres(DEPTH * width),
             )
             raise Contradiction("geometry.height", self.geometry.height, reason)
         return self
@@ -585,7 +603,8 @@ class Config(ConfigSection):
         for key in ("output_names", "input_names"):
             names = [name for name in getattr(self.controller, key) if name]
             if len(set(names)) < len(names):
-                raise Contradiction(f"controller.{key}", names, phrase("a name stands twice"))
+                twice = next(name for name in names if names.count(name) > 1)
+                raise Contradiction(f"controller.{key}", names, phrase("the name {name} stands twice", name=twice))
         return self
 
     @model_validator(mode="after")

@@ -81,12 +81,11 @@ def require_nudge(axis: str, distance: float) -> int:
     if axis not in AXES:
         raise UnknownName(name=axis, known=", ".join(AXES))
     number = AXES.index(axis)
-    if not 0.0 < abs(distance) <= NUDGE[number]:
-        raise InvalidValue(
-            key="distance",
-            value=distance,
-            reason=phrase("a guarded move is at most {most} long", most=shown(axis, NUDGE[number])),
-        )
+    if distance == 0.0:
+        raise InvalidValue(key="distance", value=shown(axis, distance), reason="it must not be 0")
+    if not abs(distance) <= NUDGE[number]:
+        reason = phrase("one `maya datum move` is at most 50 mm or 5 degrees long")
+        raise InvalidValue(key="distance", value=shown(axis, distance), reason=reason)
     return number
 
 

@@ -243,7 +243,7 @@ class Monitor:
         if self.fault is not None:
             raise Faulted(fault=str(self.fault))
         if homed and not self.homed:
-            raise NotHomed
+            raise NotHomed(command=self.config.homing_command)
         return driver
 
     async def look(self) -> DataRecord:

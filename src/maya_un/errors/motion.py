@@ -41,9 +41,11 @@ class PathRefused(
 class NotHomed(
     RequestError,
     code=2103,
-    en="The robot is not homed, so its position is not known. Run `maya home` first.",
+    en="The robot is not homed, so its position is not known. Run `{command}` first.",
 ):
-    """Motion was requested before homing."""
+    """Motion was requested before homing; on some machines a person must give the datum, with another `command`."""
+
+    command: Literal["maya home", "maya datum"] = "maya home"
 
 
 class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until it is done, or run `maya stop`."):

@@ -156,9 +156,13 @@ class InputTimeout(
     en="Input {input} was not {level} within {seconds} s. Find out why, then run the job again from this step "
     "with `maya job again`.",
 ):
-    """A job has waited too long for a digital input."""
+    """A job has waited too long for a digital input.
 
-    input: int
+    `input` is its `number`, or "NAME (NUMBER)" if the job names it.
+    """
+
+    input: int | str
+    number: int | None = None
     level: Literal["on", "off"]
     seconds: float
 

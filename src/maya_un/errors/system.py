@@ -18,6 +18,16 @@ class InvalidConfig(
     reason: Phrase
 
 
+class ConfigExists(
+    RequestError,
+    code=5018,
+    en="{path} cannot be begun: there is a file already. Edit it, or name another file: `maya config init FILE`.",
+):
+    """A new configuration has the name of a file that exists."""
+
+    path: object
+
+
 class AlreadyRunning(
     RequestError,
     code=5004,

@@ -369,7 +369,7 @@ class PlanBuilder:
     def here(self) -> Joints:
         """Return the joints of the pose; raises `NotHomed` before homing."""
         if self.pose.joints is None:
-            raise NotHomed
+            raise NotHomed(command=self._config.homing_command)
         return self.pose.joints
 
     def _travel(self, phase: str, path: Path, preview: Preview, turn: tuple[int, str] | None = None) -> None:

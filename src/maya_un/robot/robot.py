@@ -316,7 +316,7 @@ class MayaRobot(PlanningRobot):
             case Mode.HOMING | Mode.MOVING | Mode.STOPPING:
                 raise Busy(doing=state.mode.value)
             case Mode.NOT_HOMED if primitive.needs_homing:
-                raise NotHomed
+                raise NotHomed(command=self._controller.config.homing_command)
             case Mode.NOT_HOMED | Mode.IDLE | Mode.PAUSED:  # in a pause the controller holds the motion until resume
                 pass
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from maya_un.schema.jobs import JobLine, QueueMode
+from maya_un.schema.jobs import JobLine, OperatorQuestion, QueueMode
 from maya_un.values import Joints, Notice, Point, Progress, State
 
 if TYPE_CHECKING:
@@ -20,7 +20,8 @@ class Status:
     `holding` is None if unknown. `last_event` is the number of the newest event. `run` counts the starts of the
     program; without a stored queue it is the date of the start as digits. Each start numbers its events from 1.
     `jobs` has the running job and the first waiting ones. `queue` is the mode of the queue, `reason` why it is paused.
-    With an `unconfirmed` datum, which a person gave, motion is slow and bounded.
+    With an `unconfirmed` datum, which a person gave, motion is slow and bounded. `question` is that of a job to the
+    operator, None without one.
     """
 
     version: str
@@ -36,6 +37,7 @@ class Status:
     queue: QueueMode = QueueMode.RUNNING
     reason: str = ""
     unconfirmed: bool = False
+    question: OperatorQuestion | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,9 +212,13 @@ class Readiness:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Positions of the parts on the twin's table [m], by name."""
+    """Positions of the parts on the twin's table [m], by name, and its true `joints` (rad, m, m).
+
+    The joints are those that a person would measure, also before homing; None if they are unknown.
+    """
 
     parts: dict[str, Point]
+    joints: Joints | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, Protocol
 
+from maya_un.config import Config
 from maya_un.errors import Busy, CannotPause, Faulted, MayaError, NotConnected, NothingToRecover, NotHomed, NotPaused
 from maya_un.process.lease import ControlLease
 from maya_un.schema.people import Permissions
@@ -26,6 +27,10 @@ class CheckedService(Protocol):
     @property
     def running(self) -> int | None:
         """The number of the running job, None without one."""
+        ...
+
+    def config(self) -> Config:
+        """Return the configuration that applies."""
         ...
 
     def require_free(self) -> None:
@@ -54,7 +59,7 @@ def healthy(service: CheckedService) -> None:
 def homed(service: CheckedService) -> None:
     """Raise `NotHomed` before homing."""
     if not service.state.homed:
-        raise NotHomed
+        raise NotHomed(command=service.config().homing_command)
 
 
 def free(service: CheckedService) -> None:

@@ -59,7 +59,7 @@ def at_rest(controller: Controller) -> Joints:
     if state.mode not in _AT_REST or state.moving:
         raise Busy(doing=state.mode.value)
     if not state.homed or state.joints is None:
-        raise NotHomed
+        raise NotHomed(command=controller.config.homing_command)
     return state.joints
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol, TypeVar
 
@@ -71,11 +72,15 @@ MOST_REPLY = 20_000
 
 
 class TwinParts(Protocol):
-    """The parts of a twin."""
+    """The parts of a twin, and its true pose."""
 
     @property
     def parts(self) -> Mapping[str, Point]:
         """The grasp points of the parts, by name [m]."""
+        ...
+
+    def true_joints(self) -> tuple[float, float, float]:
+        """Return the true angle [rad] and the true line lengths [m]."""
         ...
 
     @property
@@ -244,13 +249,15 @@ class Service:
         return await self._process.cancel(number)
 
     async def stop(self) -> StopReport:
-        """Start braking at once; return the time and distance to rest. The queue is paused if jobs wait in it.
+        """Start braking at once; return the time and distance to rest, and the job that ends.
 
-        Raises `NotConnected`; the queue is paused all the same.
+        The queue is paused if jobs wait in it. Raises `NotConnected`; the queue is paused all the same.
         """
+        running = self._process.turns.running
         self._process.turns.halt(Stopped())
         self._held.halt()
-        return await self._controller.stop()
+        report = await self._controller.stop()
+        return report if running is None else replace(report, job=running.number)
 
     async def pause(self) -> StopReport:
         """Brake on the path and hold all motion until `resume`; return the time and distance to rest.
@@ -364,10 +371,13 @@ class Service:
         return TableView("twin", parts, carried, holding)
 
     async def twin(self) -> Table:
-        """Return the positions of the parts on the table of the twin [m]; raises `NotFound` on a machine."""
+        """Return the positions of the parts on the table of the twin [m], and its true joints.
+
+        Raises `NotFound` on a machine.
+        """
         if self._parts is None:
             raise NotFound(what="twin", number="on a real machine")
-        return Table(dict(self._parts.parts))
+        return Table(dict(self._parts.parts), Joints(*self._parts.true_joints()))
 
     def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""
@@ -396,6 +406,7 @@ class Service:
             queue=mode,
             reason=self._process.shown.reason,
             unconfirmed=given is not None and not given.confirmed,
+            question=self._process.shown.question,
         )
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:

@@ -17,10 +17,14 @@ REPORT = {"id": 7, "name": "two cubes", "code": 0, "message": "", "steps": []}
 WAITS = "Job 7 waits: the queue is paused (ana paused it). `maya queue resume` continues it."
 
 
-def followed(states: Sequence[str], display: Display, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Follow a job that is seen in these states, in a queue that is paused; return the last."""
+IDLE = {"seq": 41, "time": 0.0, "kind": "idle", "code": 0, "detail": {}}
+
+
+def followed(
+    states: Sequence[str], display: Display, monkeypatch: pytest.MonkeyPatch, told: dict[str, object] = IDLE
+) -> str:
+    """Follow a job that is seen in these states, in a queue that is paused, with an event; return the last state."""
     reports = [Several({**REPORT, "state": state}) for state in states]
-    told = {"seq": 41, "time": 0.0, "kind": "idle", "code": 0, "detail": {}}
     answers = {"/v1/queue": PAUSED, "/v1/jobs/7": reports, "/v1/events": [told]}
     with running(Service(**answers), monkeypatch):
         report, interrupted = follow(ServiceClient.find(), 7, 40, display, OutputSettings())
@@ -57,3 +61,16 @@ def test_job_that_began_meanwhile_prints_no_waiting(
     monkeypatch.setitem(PAUSED, "waiting", [])
     assert followed(["queued", "queued", "running", "done"], FactLines(), monkeypatch) == "done"
     assert "waits" not in "".join(capsys.readouterr())
+
+
+@pytest.mark.parametrize("json", [False, True])
+def test_a_question_is_shown_with_the_commands_that_answer_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, json: bool
+) -> None:
+    detail = {"job": 7, "index": 1, "question": "Which part?", "choices": "cube / a box"}
+    asked = {**IDLE, "kind": "question", "detail": detail}
+    assert followed(["running", "done"], Display() if json else FactLines(), monkeypatch, asked) == "done"
+    out, err = capsys.readouterr()
+    assert "question: Which part? Answer with `maya queue answer cube` or `maya queue answer 'a box'`.\n" in (
+        err if json else out
+    )

@@ -137,14 +137,21 @@ def test_config_init_writes_a_valid_file_and_never_overwrites(
     assert main(["config", "init", file]) == 0
     assert main(["config", "check", file]) == 0
     assert main(["config", "init", file]) == 2
-    assert "error 5002" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "error 5018" in said
+    assert "Edit it, or name another file: `maya config init FILE`." in said
 
 
 def test_config_show_is_toml_in_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "c.toml"
     file.write_text("[cell]\nclearance = 0.2\n")
-    assert main(["config", "show", "--config", str(file)]) == 0
-    assert tomllib.loads(capsys.readouterr().out)["cell"]["clearance"] == 0.2
+    for units, shown in (("mm", "200 mm"), ("si", 0.2)):
+        assert main(["config", "show", "--config", str(file), "--units", units]) == 0
+        printed = capsys.readouterr().out
+        assert tomllib.loads(printed)["cell"]["clearance"] == shown
+        (tmp_path / "printed.toml").write_text(printed)
+        assert main(["config", "check", str(tmp_path / "printed.toml")]) == 0
+        capsys.readouterr()
 
 
 def test_config_check_without_a_file_says_that_the_defaults_hold(capsys: pytest.CaptureFixture[str]) -> None:

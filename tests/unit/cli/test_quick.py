@@ -64,6 +64,14 @@ def test_stop_at_rest_is_reported(monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert json.loads(capsys.readouterr().out) == {"service": True, **report}
 
 
+def test_stop_of_a_job_that_waits_names_it(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    report = {"was_moving": False, "duration": 0.0, "distance": [0, 0, 0], "job": 1}
+    with http_service(lambda *_: (200, report)) as url:
+        published(monkeypatch, url)
+        assert main(["stop"]) == 0
+    assert capsys.readouterr().out == "Nothing was moving. Job 1 was ended.\n"
+
+
 def test_a_service_that_hangs_is_passed_by(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     record = data_record(MOVING, MOVING | COORDINATED, MOVING | COORDINATED)
     with hanging_service() as url, controller(record) as (port, said):
@@ -170,6 +178,17 @@ def test_status_shows_a_reduced_speed(
         published(monkeypatch, url)
         assert main(["status"]) == 0
     assert ("speed 50 %" in capsys.readouterr().out.splitlines()) is told
+
+
+@pytest.mark.parametrize(("asks", "told"), [(True, True), (False, False)])
+def test_status_shows_that_a_job_waits_for_an_answer(
+    asks: bool, told: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    question = {"job": 1, "name": "x", "index": 1, "question": "Which part?", "choices": ["cube"], "open": asks}
+    with http_service(lambda *_: (200, {**STATUS, "question": question})) as url:
+        published(monkeypatch, url)
+        assert main(["status"]) == 0
+    assert ("job 1 waits for an answer: Which part?" in capsys.readouterr().out.splitlines()) is told
 
 
 def test_status_with_a_place_a_fault_and_a_queue(

@@ -114,6 +114,21 @@ def test_only_done_is_success(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().err == "maya: error 2101: Too far.\n"
 
 
+def test_the_report_says_why_a_deviation_is_unknown_after_a_branch() -> None:
+    steps = [{**STEP, "step": "if answer yes", "state": "done", "code": 0, "phase": "then"}]
+    report = {**REPORT, "state": "done", "code": 0, "steps": steps}
+    text = as_text(as_data(report, {"cube": (1.0, 0.5, 0.4), "lost": (0.0, 0.0, 0.0)}), "en")
+    assert text.count("note: ") == 1
+    assert "note: how far lost is off is unknown: a branch decides whether and where the job puts it down" in text
+    assert "note: " not in as_text(as_data({**report, "steps": [STEP]}, {"lost": (0.0, 0.0, 0.0)}), "en")
+
+
+@pytest.mark.parametrize(("took", "code"), [(None, 2), (10.0, 1)])
+def test_a_job_was_refused_only_if_none_of_its_steps_has_begun(took: float | None, code: int) -> None:
+    report = {**REPORT, "code": 4024, "steps": [{**STEP, "code": 4024, "duration": took}]}
+    assert concluded(report, OutputSettings()) == code
+
+
 def test_every_error_has_an_exit_code() -> None:
     codes = {code: exit_code(code) for code in by_code()}
     assert set(codes.values()) == {1, 2}

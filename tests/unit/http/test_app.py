@@ -89,7 +89,7 @@ async def test_the_path_of_an_empty_name_is_refused(method: str, path: str) -> N
 async def test_stop_answers_how_long_and_how_far() -> None:
     async with app_client(ServiceStandIn()) as client:
         answer = (await client.post("/v1/stop")).json()
-    assert answer == {"was_moving": True, "duration": 0.5, "distance": [0.0, 0.01, 0.02]}
+    assert answer == {"was_moving": True, "duration": 0.5, "distance": [0.0, 0.01, 0.02], "job": None}
 
 
 async def test_stop_is_served_while_a_command_waits() -> None:

@@ -36,6 +36,7 @@ async def test_robot_configuration_and_computer_are_checked() -> None:
     checks = {"service", "robot", "limits", "lease", "queue", "configuration", "storage", "disk", "ports", "clock"}
     assert checks <= {finding["check"] for finding in found.values()}
     assert found["robot_well"]["outcome"] == "ok"
+    assert {"service_ready"} == {key for key, one in found.items() if one["check"] == "service"}
     assert found["config_good"]["meaning"].endswith("maya.toml is valid.")
 
 
@@ -48,6 +49,7 @@ async def test_problems_have_a_remedy_in_the_language_of_the_reader(folder: Path
     assert "grasp_hight" in bad["meaning"]
     assert bad["remedy"] == "Correct it, then run `maya config check`."
     assert english["robot_not_homed"]["outcome"] == "warn"
+    assert "service_answers" in english
     assert spanish["config_bad"]["remedy"] not in {"", bad["remedy"]}
 
 

@@ -63,6 +63,8 @@ async def test_units_become_si() -> None:
         ("", (1, 1, "job", "it must be a mapping")),
         ("- home\n", (1, 1, "job", "it must be a mapping")),
         ("x: !!python/object/apply:os.getcwd []\n", (1, 4, "", "could not determine a constructor")),
+        ("steps:\n  - wait: !!bool x\n", (2, 11, "", "'x' is no value of the type !!bool")),
+        ("!!int ''\n", (1, 1, "", "'' is no value of the type !!int")),
         ("[" * 5000 + "]" * 5000, (1, 51, "", "it is nested too deeply")),
     ],
 )

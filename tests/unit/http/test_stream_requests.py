@@ -24,7 +24,7 @@ from maya_un.service.service import Gate
 from maya_un.values import StopReport
 from tests.streaming import Client, Watched, connected
 
-STOPPED = {"was_moving": False, "duration": 0.0, "distance": [0.0, 0.0, 0.0]}
+STOPPED = {"was_moving": False, "duration": 0.0, "distance": [0.0, 0.0, 0.0], "job": None}
 
 
 class Robot(Watched):

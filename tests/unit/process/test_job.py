@@ -182,6 +182,11 @@ def test_error_in_a_file_has_its_place_and_counts_steps_from_one(tmp_path: Path,
         ("steps: !!python/object/apply:os.getcwd []", "constructor"),
         ("{? [1, 2] : 3}", "key must be a text"),
         ("[" * 50_000, "deeply"),
+        ("steps:\n  - wait: !!bool x\n", r"'x' is no value of the type !!bool \(line 2\)"),
+        ("steps:\n  - wait: !!timestamp x\n", r"!!timestamp \(line 2\)"),
+        ("steps:\n  - home\n  - wait: !!int ''\n", r"!!int \(line 3\)"),
+        ("!!float ''", r"!!float \(line 1\)"),
+        ("steps: [home]\nname: 2026-13-45\n", r"!!timestamp \(line 2\)"),
     ],
 )
 def test_broken_yaml_is_unreadable(tmp_path: Path, text: str, reason: str) -> None:
@@ -195,6 +200,42 @@ def test_broken_yaml_is_unreadable(tmp_path: Path, text: str, reason: str) -> No
 def test_broken_json_is_unreadable(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(FileUnreadable, match=reason):
         load_job(written(tmp_path, text, "job.json"))
+
+
+@pytest.mark.parametrize("time", ["12:30", "1:30:00", "12:30.5", "-1:10"])
+def test_a_time_with_colons_is_no_duration(tmp_path: Path, time: str) -> None:
+    with pytest.raises(InvalidJob, match=rf"a duration is a number in s, .*, not '{time}'"):
+        load_job(written(tmp_path, f"steps:\n  - wait: {time}\n"))
+
+
+@pytest.mark.parametrize(
+    ("ask", "where", "reason"),
+    [
+        ("x" * 201, "steps.0.ask", "it is longer than 200 letters"),
+        ({"question": "?", "choices": ["x" * 53]}, "steps.0.ask.choices.0", "it is longer than 30 letters"),
+        ({"question": "?", "choices": list("1234567")}, "steps.0.ask.choices", "it has more than 6 entries"),
+    ],
+)
+def test_a_text_or_list_that_is_too_long_is_refused_with_its_own_limit(ask: object, where: str, reason: str) -> None:
+    with pytest.raises(InvalidJob) as caught:
+        Job.parse({"steps": [{"ask": ask}]})
+    assert (caught.value.details["key"], caught.value.details["reason"]) == (where, reason)
+
+
+def test_too_many_steps_and_too_long_names_are_refused_with_their_limits() -> None:
+    with pytest.raises(InvalidJob, match="steps: it has more than 1000 steps"):
+        Job.parse({"steps": ["home"] * 1001})
+    with pytest.raises(InvalidJob, match="name: it is longer than 64 letters"):
+        Job.parse({"name": "x" * 65, "steps": ["home"]})
+
+
+@pytest.mark.parametrize(("key", "meant"), [("aproach", "approach"), ("foreach", "for_each"), ("iff", "if")])
+def test_a_misspelt_step_is_refused_with_the_one_that_was_meant_and_with_all(key: str, meant: str) -> None:
+    with pytest.raises(InvalidJob) as caught:
+        Job.parse({"steps": [{key: "cube"}]})
+    reason = str(caught.value.details["reason"])
+    assert f"; perhaps {meant}; " in reason
+    assert {"home", "ask", "if", "for_each", "speed"} <= set(reason.partition("known are ")[2].split(", "))
 
 
 def test_invalid_text_file_is_unreadable(tmp_path: Path) -> None:

@@ -86,7 +86,18 @@ async def test_twin_answers_over_http() -> None:
         parts = {"cube": list(CUBE), "can": list(CAN)}
         table = {"source": "twin", "parts": parts, "carried": None, "holding": False}
         assert await asked(layers.service, "/v1/table") == table
-        assert await asked(layers.service, "/v1/twin") == {"parts": parts}
+        found = await asked(layers.service, "/v1/twin")
+        assert found["parts"] == parts
+        assert found["joints"] == pytest.approx(layers.controller.state.joints, abs=1e-3)
+
+
+async def test_the_pose_of_a_twin_can_be_measured_before_homing() -> None:
+    async with twin(homed=False) as layers:
+        before = (await asked(layers.service, "/v1/twin"))["joints"]
+        await layers.controller.guarded_move("b", 0.03)
+        after = (await asked(layers.service, "/v1/twin"))["joints"]
+        assert after[1] - before[1] == pytest.approx(0.03, abs=1e-4)
+        assert [after[0], after[2]] == pytest.approx([before[0], before[2]], abs=1e-4)
 
 
 async def test_machine_answers_over_http_and_has_no_twin() -> None:

@@ -419,7 +419,7 @@ class GraphController:
     def _here(self) -> Joints:
         """Return where the robot is (rad, m, m); raises `NotHomed`."""
         if self.state.joints is None:
-            raise NotHomed
+            raise NotHomed(command=self.config.homing_command)
         return self.state.joints
 
     def _moving(self, name: str, duration: float, vias: Vias | None = None) -> Feedback:

@@ -86,7 +86,7 @@ def _standing(client: ServiceClient, config: Config) -> Joints:
     """Return the current joints; raises `NotHomed`, and `InvalidConfig` if the robot uses other constants."""
     state = client.ask(requests.status())["state"]
     if state["joints"] is None or state["point"] is None:
-        raise NotHomed
+        raise NotHomed(command=config.homing_command)
     here, place = Joints(*state["joints"]), Point(*state["point"])
     ours = Units.of(config).to_joints(tuple(state["counts"]))
     if dist(ours, here) > _SAME or dist(Mechanism.of(config).fk(ours), place) > _SAME:

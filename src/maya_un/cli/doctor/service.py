@@ -44,12 +44,15 @@ class RunningService:
                 return
 
     def _readiness(self) -> Iterator[Finding]:
-        yield from readiness(_reasons(self.running.url, self._language))
+        status = None
+        with suppress(MayaError):  # the check of the robot reports a refusal
+            status = self.ask(requests.status())
+        yield from readiness(_reasons(self.running.url, self._language), status)
 
     def _robot(self) -> Iterator[Finding]:
         status = self.ask(requests.status())
         yield _version(str(status["version"]))
-        yield from robot(status)
+        yield from robot(status, self.ask(requests.datum()))
 
     def _lease(self) -> Iterator[Finding]:
         yield from lease(self.ask(requests.lease()))

@@ -62,6 +62,9 @@ def _all(target: str | None, config: Config, settings: OutputSettings) -> Iterat
     yield from trouble
     pid = 0 if running is None else running.running.pid
     looks = host.looks(_named(settings), config, settings.language, pid)
+    served = None if running is None else running.running.config
+    if served is not None:
+        looks[0] = ("configuration", lambda: host.served_config(served, settings.language))
     looks.insert(1, ("controller", lambda: _controller(target, config, settings.language, asked=running is not None)))
     if running is not None:
         looks.insert(0, ("service", running.findings))

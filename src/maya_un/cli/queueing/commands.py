@@ -116,7 +116,7 @@ def answer(
 ) -> int:
     """Answer the question of the running job.
 
-    The answer cancel ends the job.
+    The answer cancel ends the job, if it is one of the choices; it is for a question without choices of its own.
 
     Example: maya queue answer continue
     """

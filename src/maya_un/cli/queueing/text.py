@@ -10,7 +10,7 @@ from typing import Any
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
 from maya_un.cli.units import MILLIMETRES, OutputUnits
-from maya_un.cli.waiting import because
+from maya_un.cli.waiting import answers, because
 from maya_un.errors import translated
 
 _DAY = 86_400.0
@@ -124,6 +124,7 @@ def obstacle(job: Line, language: str) -> str:
 _MODES = {
     "running": marked("The queue is running."),
     "pausing": marked("The queue pauses after the current step ({reason})."),
+    "held": marked("The queue is paused, and the motion is held on its path ({reason})."),
     "paused": marked("The queue has been paused since {since} ({reason}). `maya queue resume` continues it."),
     "asks": marked("The queue has been paused since {since} ({reason})."),
 }
@@ -136,7 +137,8 @@ def mode(view: Mapping[str, Any], language: str) -> str:
     """
     why = because(view, language)
     asks = view["mode"] == "paused" and view["recovery"] is not None
-    text = _MODES["asks" if asks else view["mode"]]
+    held = view["mode"] == "pausing" and view["running"] is not None and view["running"]["state"] == "paused"
+    text = _MODES["asks" if asks else "held" if held else view["mode"]]
     return translate(text, language, reason=why, since=clock_text(view["since"]))
 
 
@@ -165,13 +167,21 @@ def _queued(job: Line, speed: float, language: str) -> tuple[str, ...]:
         str(job["id"]),
         job["name"],
         state(job, language),
-        f"{job['done']}/{job['steps']}",
+        _progress(job, language),
         duration(left),
         "" if left is None else clock_in(left),
         str(job["priority"] or ""),
         job["owner"],
         _notes(job, language),
     )
+
+
+def _progress(job: Line, language: str) -> str:
+    """Return how many of its steps a job has done; those that a job leaves out until its end are skipped."""
+    left = job["steps"] - job["done"]
+    if job["state"] != "done" or left <= 0:
+        return f"{job['done']}/{job['steps']}"
+    return translate("{steps}/{steps}, {skipped} skipped", language, steps=job["steps"], skipped=left)
 
 
 def past(jobs: Sequence[Line], language: str) -> str:
@@ -199,7 +209,7 @@ def past(jobs: Sequence[Line], language: str) -> str:
             str(job["id"]),
             job["name"],
             state(job, language),
-            f"{job['done']}/{job['steps']}",
+            _progress(job, language),
             duration(job["predicted"] or None),
             duration(job["duration"]),
             clock_text(job["submitted"]),
@@ -222,7 +232,7 @@ def ended(jobs: Sequence[Line], language: str) -> str:
             str(job["id"]),
             job["name"],
             state(job, language),
-            f"{job['done']}/{job['steps']}",
+            _progress(job, language),
             duration(job["duration"]),
             clock_text(job["ended"]),
         )
@@ -293,9 +303,8 @@ def recovery(offer: Mapping[str, Any], language: str, units: OutputUnits = MILLI
 
 def question(asked: Mapping[str, Any], language: str) -> str:
     """Return the question of a job, and how to answer it."""
-    choices = " | ".join(asked["choices"])
-    text = marked("Job {job}, {name}, asks: {question} Answer with `maya queue answer {choices}`.")
-    return translate(text, language, **{**asked, "choices": choices})
+    text = marked("Job {job}, {name}, asks: {question} Answer with {answers}.")
+    return translate(text, language, **asked, answers=answers(asked["choices"], language))
 
 
 def place(state: Mapping[str, Any], language: str, units: OutputUnits = MILLIMETRES) -> str:

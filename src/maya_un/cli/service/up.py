@@ -432,7 +432,8 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
         async with served(app, listeners.near, *far, beside=beside) as url, _looked_after(robot.speed, metrics):
             with ending.listening():
                 controller = None if robot.address == SIM else parse(robot.address)
-                runtime.publish(runtime.Running(url, os.getpid(), controller))
+                config = str(robot.config_file.resolve()) if robot.config_file.exists() else ""
+                runtime.publish(runtime.Running(url, os.getpid(), controller, config))
                 greet(_greeting(running, robot, url, listeners, refusal), settings)
                 tell("READY=1")
                 if options.show:

@@ -138,6 +138,19 @@ def config(named: Path | None, language: str) -> Iterator[Finding]:
     yield ok("configuration", "config_none") if place is None else ok("configuration", "config_good", path=str(place))
 
 
+def served_config(path: str, language: str) -> Iterator[Finding]:
+    """Check whether the configuration file of the running service is valid, "" for the manual's values."""
+    if not path:
+        yield ok("configuration", "config_served_none")
+        return
+    try:
+        load(Path(path))
+    except MayaError as error:
+        yield fail("configuration", "config_bad", error=error.text(language))
+        return
+    yield ok("configuration", "config_served", path=path)
+
+
 def storage(language: str, *, served_by: int) -> Iterator[Finding]:
     """Check the file of the queue, completely unless the process `served_by` uses it (0: no process)."""
     folder = state_folder()

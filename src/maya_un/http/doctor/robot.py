@@ -8,14 +8,19 @@ from typing import Any
 from maya_un.http.doctor.finding import Finding, fail, ok, warn
 
 
-def readiness(reasons: Iterable[str]) -> Iterator[Finding]:
-    """Check whether the service can carry out commands; `reasons` are those why not."""
+def readiness(reasons: Iterable[str], status: Mapping[str, Any] | None) -> Iterator[Finding]:
+    """Check whether the service can carry out commands; `reasons` are those why not.
+
+    It is ready only if the robot is, according to its `Status`, None for an unknown one.
+    """
     found = [fail("service", "service_not_ready", message=reason) for reason in reasons]
-    yield from found or [ok("service", "service_ready")]
+    state = None if status is None else status["state"]
+    ready = state is not None and state["homed"] and state["fault"] is None
+    yield from found or [ok("service", "service_ready" if ready else "service_answers")]
 
 
-def robot(status: Mapping[str, Any]) -> Iterator[Finding]:
-    """Check the state of the robot in a `Status`."""
+def robot(status: Mapping[str, Any], datum: Mapping[str, Any]) -> Iterator[Finding]:
+    """Check the state of the robot in a `Status`; its `DatumView` says how it becomes homed."""
     state, address = status["state"], status["address"]
     if state["mode"] == "disconnected":
         yield fail("robot", "robot_disconnected", address=address)
@@ -23,7 +28,7 @@ def robot(status: Mapping[str, Any]) -> Iterator[Finding]:
     if state["fault"] is not None:
         yield fail("robot", "robot_fault", **state["fault"])
     elif not state["homed"]:
-        yield warn("robot", "robot_not_homed", address=address)
+        yield warn("robot", "robot_without_datum" if datum["needed"] else "robot_not_homed", address=address)
     else:
         yield ok("robot", "robot_well", address=address, mode=state["mode"])
     yield limits(state["forward_limit"], state["reverse_limit"])

@@ -19,6 +19,8 @@ class FindingText(NamedTuple):
 _TEXTS = {
     "config_good": FindingText("The configuration {path} is valid."),
     "config_none": FindingText("There is no configuration file: the manual's values apply."),
+    "config_served": FindingText("The running service uses the configuration {path}, which is valid."),
+    "config_served_none": FindingText("The running service uses no configuration file: the manual's values apply."),
     "config_bad": FindingText("{error}", "Correct it, then run `maya config check`."),
     "coms_none": FindingText("`maya coms` does not run at {url}."),
     "coms_other": FindingText(
@@ -55,6 +57,7 @@ _TEXTS = {
     "service_runs": FindingText("`maya up` (process {pid}) answers at {url}."),
     "service_not_ready": FindingText("{message}"),
     "service_ready": FindingText("Ready for commands."),
+    "service_answers": FindingText("It answers."),
     "service_refuses": FindingText("It answers, but refuses your request: {message}"),
     "version_same": FindingText("Command and service have version {version}."),
     "version_differs": FindingText(
@@ -65,6 +68,10 @@ _TEXTS = {
     "robot_not_homed": FindingText(
         "The robot on {address} is not homed, so its position is not known.",
         "Run `maya home` before any other motion.",
+    ),
+    "robot_without_datum": FindingText(
+        "The robot on {address} has no datum, so its position is not known.",
+        "Bring it to a known pose with `maya datum move`, then give the joints of that pose with `maya datum give`.",
     ),
     "robot_fault": FindingText("The robot is in a fault ({code}): {message}"),
     "robot_disconnected": FindingText(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import Query, Response
 
@@ -69,9 +69,9 @@ def add_diagnosis(routes: Routes) -> None:
     )
     async def doctor(ask: Ask) -> Response:
         """Check the robot, the queue, the configuration and the computer; nothing moves and nothing is changed."""
-        of_robot, config = await ask(lambda service: _looked_at(service, ask.caller))
+        of_robot, config, status = await ask(lambda service: _looked_at(service, ask.caller))
         reasons = (await readiness(ask.bridge, ask.language)).reasons
-        ready = doctor_robot.readiness(reason.message for reason in reasons)
+        ready = doctor_robot.readiness((reason.message for reason in reasons), status)
         async with ask.bridge.checking:
             named = ask.bridge.config_file
             of_host = await asyncio.to_thread(_checked, named, config, ask.language)
@@ -116,12 +116,12 @@ def add_diagnosis(routes: Routes) -> None:
             return answer(await ask(lambda service: service.recorder.scope(seconds, rate, signal)))
 
 
-async def _looked_at(service: Service, by: Caller) -> tuple[list[Finding], Config]:
-    """Return the results of the checks of the robot, and the configuration that applies."""
-    views = (await service.status(), await service.lease.view(by), service.queue.view())
-    looks = (doctor_robot.robot, doctor_robot.lease, doctor_robot.queue)
-    found = [finding for look, view in zip(looks, views, strict=True) for finding in look(to_data(view))]
-    return found, service.config()
+async def _looked_at(service: Service, by: Caller) -> tuple[list[Finding], Config, dict[str, Any]]:
+    """Return the results of the checks of the robot, the configuration that applies, and the status as plain data."""
+    status, datum = to_data(await service.status()), to_data(service.datum())
+    lease, queue = to_data(await service.lease.view(by)), to_data(service.queue.view())
+    found = [*doctor_robot.robot(status, datum), *doctor_robot.lease(lease), *doctor_robot.queue(queue)]
+    return found, service.config(), status
 
 
 def _checked(named: Path | None, config: Config, language: str) -> list[Finding]:

@@ -117,7 +117,7 @@ def add_queue(routes: Routes) -> None:
         client="queue.answer",
     )
     async def answer_question(ask: Ask, body: AnsweringBody) -> Response:
-        """Answer the question of the running job with one of its choices; the answer `cancel` ends the job.
+        """Answer the question of the running job with one of its choices; the choice `cancel` ends the job.
 
         Send `job` and `index` of the question that was read: if another one is open now, or none, the error is 4004
         NotFound.

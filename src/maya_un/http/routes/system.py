@@ -199,7 +199,7 @@ def add_reading(routes: Routes) -> None:
 
     @routes.add("GET", "/v1/twin", Operation.READ, tag=_STATUS, gives=Table, refuses=(NotFound,))
     async def twin(ask: Ask) -> Response:
-        """Return the positions of the parts on the table of the twin [m]."""
+        """Return the positions of the parts on the table of the twin [m], and the true joints (rad, m, m)."""
         return answer(await ask(lambda service: service.twin()))
 
     @routes.add("GET", "/v1/table", Operation.READ, tag=_STATUS, gives=TableView, client="table")

@@ -79,7 +79,8 @@ class StatementRunner:
         if not await there():
             self._controller.events.emit(InputAwaited(item.number, task.index, number, statement.level))
         if not await self._until(there, statement.within):
-            raise InputTimeout(input=number, level=statement.level, seconds=statement.within or 0.0)
+            shown = f"{statement.input} ({number})" if isinstance(statement.input, str) else number
+            raise InputTimeout(input=shown, number=number, level=statement.level, seconds=statement.within or 0.0)
 
     async def _holds(self, task: Task, condition: Condition, answers: Mapping[int, str]) -> bool:
         if condition.input is None:

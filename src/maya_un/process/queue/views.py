@@ -353,11 +353,12 @@ class QueueViews:
             finish_at=self._shared.dates(max(etas.values()) / self._speed) if etas else None,
             recovery=self._recovering.view(),
             estimated=estimated,
-            question=self._question(),
+            question=self.question,
         )
 
-    def _question(self) -> OperatorQuestion | None:
-        """Return the question of the job under way, or that of an interrupted step, which is asked again."""
+    @property
+    def question(self) -> OperatorQuestion | None:
+        """The question of the job under way, or that of an interrupted step, which is asked again."""
         running = self._turns.running
         if running is not None and running.question is not None and not running.question.answered.done():
             asked = running.question

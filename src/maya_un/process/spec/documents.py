@@ -7,6 +7,7 @@ from collections.abc import Generator, Hashable, Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from reprlib import repr
 from typing import Any, NamedTuple
 
 import yaml
@@ -67,13 +68,33 @@ _DEEPEST = 50
 """Number of brackets in each other that are read; the parser takes minutes for thousands."""
 
 
+_NUMBER_TAGS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
+_TEXT_TAG = "tag:yaml.org,2002:str"
+
+
 class _Loader(yaml.SafeLoader):
-    """Safe YAML, in which a repeated key, an alias and deep nesting are errors."""
+    """Safe YAML, in which a repeated key, an alias and deep nesting are errors, and 12:30 is a text.
+
+    YAML 1.1 reads 12:30 as a number to the base 60, here 750, which nobody means who writes a time.
+    """
 
     def fetch_flow_collection_start(self, TokenClass: type[yaml.Token]) -> None:
         if self.flow_level >= _DEEPEST:
             raise ScannerError(None, None, phrase("it is nested too deeply"), self.get_mark())
         super().fetch_flow_collection_start(TokenClass)
+
+    def resolve(self, kind: type[yaml.Node], value: Any, implicit: Any) -> str:
+        tag: str = super().resolve(kind, value, implicit)
+        base_60 = tag in _NUMBER_TAGS and isinstance(value, str) and ":" in value
+        return _TEXT_TAG if base_60 else tag
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            return super().construct_object(node, deep=deep)
+        except (ValueError, LookupError, AttributeError, TypeError) as error:  # of PyYAML, for a tag like !!bool
+            tag = node.tag.replace("tag:yaml.org,2002:", "!!")
+            reason = phrase("{value} is no value of the type {tag}", value=repr(node.value), tag=tag)
+            raise ConstructorError(None, None, reason, node.start_mark) from error
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         once: dict[Hashable, Any] = {}

@@ -56,7 +56,7 @@ from maya_un.process.spec.pallet import MOST_CELLS, check_counts
 from maya_un.process.spec.statements import ELSE, ONE_KIND, STATEMENTS, THEN, Condition, JobStatement, Share
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Switch, Target, read_joints, read_point
-from maya_un.validation import reason_of
+from maya_un.validation import nearest, reason_of
 from maya_un.values import Joints, Point
 
 T = TypeVar("T")
@@ -406,9 +406,7 @@ TOO_MANY = phrase("steps times repeat is more than {most}", most=MOST_TASKS)
 _REASONS = {
     "dict_type": phrase("it must be a mapping of names to places"),
     "string_too_short": phrase("it is empty"),
-    "string_too_long": phrase("it is longer than 64 letters"),
     "too_short": phrase("it is empty"),
-    "too_long": phrase("it has more than 1000 steps"),
 }
 """Reasons that are more exact for a job than those of `validation`."""
 
@@ -423,11 +421,10 @@ def _refusal(error: ValidationError) -> InvalidJob:
     if statement is not None and statement.short == location[-1]:
         del location[-1]  # the value may stand for the statement
     kind = first["type"]
-    if kind == "too_long" and len(location) == 1 and location != ["steps"]:
-        reason = phrase("it has more than {most} entries", most=MOST_NAMES)
+    if kind in {"too_long", "string_too_long"}:
+        reason = _too_long(location[-1], first["input"], first.get("ctx", {})["max_length"])
     elif kind == "extra_forbidden":
-        names = ", ".join(_known(location, step))
-        reason = phrase("there is no such key; known are {names}", names=names)
+        reason = _no_such_key(location[-1], _known(location, step))
     elif kind == "literal_error" and first.get("ctx", {}).get("expected") == "True":
         reason = phrase("it has no arguments; write `- {command}`", command=location[-1])
     elif kind == "literal_error":
@@ -442,6 +439,23 @@ def _refusal(error: ValidationError) -> InvalidJob:
     else:
         reason = _REASONS.get(kind) or reason_of(first)
     return InvalidJob(key=".".join(location) or "job", reason=reason)
+
+
+def _too_long(name: str, value: object, most: int) -> str:
+    """Return the reason for a text, a list or a mapping with more than `most` items."""
+    if isinstance(value, str):
+        return phrase("it is longer than {most} letters", most=most)
+    if name in LISTS:
+        return phrase("it has more than {most} steps", most=most)
+    return phrase("it has more than {most} entries", most=most)
+
+
+def _no_such_key(name: str, known: tuple[str, ...]) -> str:
+    """Return the reason for an unknown key, with the nearest of the known ones if there is a near one."""
+    names, near = ", ".join(known), nearest(name, known)
+    if near is None:
+        return phrase("there is no such key; known are {names}", names=names)
+    return phrase("there is no such key; perhaps {name}; known are {names}", name=near, names=names)
 
 
 class _FailedStep(NamedTuple):
@@ -472,7 +486,7 @@ def _known(location: list[str], step: _FailedStep) -> tuple[str, ...]:
     if step.behind == 2:
         return {**STATEMENTS, "if": Condition}[location[-2]].keys()
     if step.kind == "step":
-        return (*COMMANDS, SPEED)
+        return (*COMMANDS, "if", "for_each", SPEED)
     return ("if", THEN, ELSE) if step.kind == "branch" else tuple(ForEach.model_fields)
 
 

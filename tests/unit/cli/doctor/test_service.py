@@ -24,6 +24,7 @@ ANSWERS: dict[str, Any] = {
     "/v1/health": {"status": "ok"},
     "/v1/ready": {"ready": True, "reasons": []},
     "/v1/status": {"version": __version__, "address": "sim", "state": STATE},
+    "/v1/datum": {"needed": False},
     "/v1/lease": {"holder": "", "since": 0.0},
     "/v1/queue": {"mode": "running", "reason": "", "counts": {}, "recovery": None},
 }
@@ -79,6 +80,7 @@ def test_one_that_is_well_is_well_in_everything() -> None:
         (state(mode="disconnected"), "robot_disconnected", FindingOutcome.FAIL),
         (state(fault={"code": 2306, "message": "off"}), "robot_fault", FindingOutcome.FAIL),
         (state(homed=False), "robot_not_homed", FindingOutcome.WARN),
+        ({**state(homed=False), "/v1/datum": {"needed": True}}, "robot_without_datum", FindingOutcome.WARN),
         (state(forward_limit=[False, True, False]), "limits_active", FindingOutcome.WARN),
         (state(forward_limit=[True] * 3, reverse_limit=[False, False, True]), "limits_both", FindingOutcome.FAIL),
         ({"/v1/lease": {"holder": "ada", "since": 5.0}}, "lease_held", FindingOutcome.OK),
@@ -93,6 +95,13 @@ def test_one_that_is_well_is_well_in_everything() -> None:
 )
 def test_problems_are_reported(changes: dict[str, Any], key: str, outcome: FindingOutcome) -> None:
     assert keys(changes)[key] is outcome
+
+
+@pytest.mark.parametrize("changes", [state(fault={"code": 2306, "message": "off"}), state(homed=False)])
+def test_a_service_whose_robot_cannot_move_only_answers(changes: dict[str, Any]) -> None:
+    found = keys(changes)
+    assert found["service_answers"] is FindingOutcome.OK
+    assert "service_ready" not in found
 
 
 def test_one_that_is_gone_hangs_or_was_replaced_by_a_stranger(monkeypatch: pytest.MonkeyPatch) -> None:

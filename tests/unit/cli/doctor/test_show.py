@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 import re
 from pathlib import Path
 from types import ModuleType
@@ -11,12 +12,14 @@ from typing import get_args
 
 import pytest
 
+from maya_un import runtime
 from maya_un.cli.doctor import controller, service, show
 from maya_un.cli.main import main
 from maya_un.http.doctor import certificate, finding, host, robot, words
 from maya_un.http.doctor.finding import Finding, ok
 from maya_un.schema.diagnosis import CheckName, FindingOutcome
 from tests.ports import free_port
+from tests.unit.cli.servers import http_service
 
 MODULES = (service, controller, host, certificate, robot, finding, show)
 
@@ -27,6 +30,26 @@ def test_every_check_runs_and_is_printed(capsys: pytest.CaptureFixture[str]) -> 
     named = {line.split()[1].rstrip(":") for line in lines if not line.startswith(" ")}
     assert {"service", "configuration", "controller", "storage", "disk", "ports", "clock", "ROS"} <= named
     assert code == int(any(line.startswith("FAIL") for line in lines))
+
+
+@pytest.mark.parametrize(
+    ("config", "said"),
+    [
+        ("theirs.toml", "ok    configuration: The running service uses the configuration {path}, which is valid."),
+        ("", "ok    configuration: The running service uses no configuration file: the manual's values apply."),
+    ],
+)
+def test_the_configuration_is_that_of_the_running_service(
+    config: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "ours.toml").touch()
+    (tmp_path / "theirs.toml").touch()
+    monkeypatch.setenv("MAYA_CONFIG", str(tmp_path / "ours.toml"))
+    path = str(tmp_path / config) if config else ""
+    with http_service(lambda *_: (200, {})) as url:
+        runtime.publish(runtime.Running(url, os.getpid(), None, path))
+        main(["doctor"])
+    assert said.format(path=path) in capsys.readouterr().out.splitlines()
 
 
 def test_failed_check_sets_the_exit_code(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -250,7 +250,14 @@ def test_without_a_terminal_no_editor_opens(
 
 
 PAST = [
-    {**LINE, "id": number, "state": "done", "duration": 3725.0, "submitted": f"2026-03-01T1{number}:00:00+00:00"}
+    {
+        **LINE,
+        "id": number,
+        "state": "done",
+        "done": 5,
+        "duration": 3725.0,
+        "submitted": f"2026-03-01T1{number}:00:00+00:00",
+    }
     for number in (3, 2, 1)
 ]
 
@@ -262,12 +269,12 @@ def test_history_shows_prediction_duration_and_origin(
     serve(**{"/v1/jobs": [Several(PAST), Several([])]})
     rows = [line.split() for line in printed(["history"], capsys).splitlines()]
     assert len(rows) == 4
-    assert rows[1][:9] == ["3", "two", "cubes", "done", "0/5", "1:01", "min", "1:02:05", "h"]
+    assert rows[1][:9] == ["3", "two", "cubes", "done", "5/5", "1:01", "min", "1:02:05", "h"]
     assert rows[1][-2:] == ["ana", "10.0.0.7"]
 
 
 def test_unpredictable_time_is_not_shown_as_zero(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
-    homing = {**LINE, "state": "done", "predicted": 0.0, "duration": 65.0}
+    homing = {**LINE, "state": "done", "done": 5, "predicted": 0.0, "duration": 65.0}
     serve(**{"/v1/jobs": [Several([homing]), Several([])]})
     row = printed(["history"], capsys).splitlines()[1].split()
     assert row[5:8] == ["–", "1:05", "min"]

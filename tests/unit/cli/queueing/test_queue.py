@@ -63,6 +63,22 @@ def test_queue_paused_by_an_unknown_caller_shows_no_name(serve: Serve, capsys: p
 
 
 @pytest.mark.parametrize(
+    ("job", "said"),
+    [
+        ("paused", "The queue is paused, and the motion is held on its path (ana paused it)."),
+        ("running", "The queue pauses after the current step (ana paused it)."),
+    ],
+)
+def test_a_motion_that_is_held_differs_from_a_step_that_goes_on(
+    serve: Serve, capsys: pytest.CaptureFixture[str], job: str, said: str
+) -> None:
+    view = {**VIEW, "mode": "pausing", "reason": "asked", "by": "ana", "running": {**LINE, "state": job}}
+    serve(**{"/v1/queue": view, "/v1/queue/pause": view})
+    assert said in printed(["queue"], capsys).splitlines()
+    assert printed(["queue", "pause", "--now"], capsys) == f"{said}\n"
+
+
+@pytest.mark.parametrize(
     ("counts", "said"),
     [
         ({"queued": 1}, "Estimated end of all jobs: "),
@@ -89,6 +105,17 @@ def test_jobs_that_ended_last_are_shown_with_the_errors_of_those_that_failed(
     ]
     assert shown.splitlines()[-1] == f"Job 4 failed: {NotHomed()}"
     assert f"El trabajo 4 ha fallado: {NotHomed().text('es')}" in printed(["queue", "--lang", "es"], capsys)
+
+
+def test_a_job_that_is_done_has_no_steps_left_but_those_of_the_other_branch(
+    serve: Serve, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = {**LINE, "id": 5, "state": "done", "done": 11, "steps": 13, "duration": 61.0}
+    failed = {**done, "id": 4, "state": "failed", "code": 4024}
+    serve(**{"/v1/jobs": [done, failed]})
+    shown = printed(["queue"], capsys)
+    assert " 13/13, 2 skipped " in shown
+    assert " 11/13 " in shown
 
 
 def test_json_output_is_the_answer_of_the_service(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:

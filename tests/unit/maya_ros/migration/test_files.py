@@ -13,6 +13,7 @@ import pytest
 
 from maya_ros.migration import files
 from maya_ros.migration.files import LARGEST, check
+from maya_ros.migration.original import PYTHON_2
 from maya_un.cli.main import main
 from maya_un.errors import FileUnreadable
 
@@ -47,10 +48,30 @@ def test_json_has_the_same_findings(workspace: Path, capsys: pytest.CaptureFixtu
     data = json.loads(capsys.readouterr().out)
     golden = GOLDEN.read_text(encoding="utf-8")
     shown = [one for one in data["findings"] if one["why"]]
-    lines = [f"{one['file']}:{one['line']}: {one['found']}\n    {one['why']}\n    {one['instead']}\n" for one in shown]
+    marks = {"change": "", "check": " (check)", "same": ""}
+    lines = [
+        f"{one['file']}:{one['line']}: {one['found']}{marks[one['kind']]}\n    {one['why']}\n    {one['instead']}\n"
+        for one in shown
+    ]
     assert golden.startswith("".join(lines))
     assert {one["kind"] for one in data["findings"]} == {"change", "check", "same"}
     assert data["unread"] == []
+
+
+def test_the_syntax_of_python_2_is_found_in_every_file_that_a_script_of_the_original_may_import(
+    tmp_path: Path,
+) -> None:
+    ws, other = tmp_path / "ws", tmp_path / "other"
+    for folder in (ws / "lib", other):
+        folder.mkdir(parents=True)
+    (ws / "main.py").write_text("import rospy\nimport helper\n")
+    for place in (ws / "helper.py", ws / "lib" / "tools.py", other / "hello.py"):
+        place.write_text('print "hi"\n')
+    (ws / "fine.py").write_text('print("hi")\n')
+    report = check(str(tmp_path))
+    found = {Path(file).name for file, one in report.findings if one.rule is PYTHON_2}
+    assert found == {"helper.py", "tools.py"}
+    assert report.files == 5
 
 
 NEW = """\
