@@ -990,6 +990,7 @@ export interface Status {
   queue: QueueMode;
   reason: string;
   unconfirmed: boolean;
+  question: OperatorQuestion | null;
 }
 
 export interface SteeredJog {
@@ -1044,6 +1045,7 @@ export interface StopReport {
   was_moving: boolean;
   duration: number;
   distance: [number, number, number];
+  job: number | null;
 }
 
 export interface StorageConfig {
@@ -1054,6 +1056,7 @@ export interface StorageConfig {
 
 export interface Table {
   parts: Record<string, Point>;
+  joints: Joints | null;
 }
 
 export interface TableView {
