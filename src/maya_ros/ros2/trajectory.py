@@ -163,7 +163,7 @@ class JointTrajectories:
     def _table(self, goal: Message) -> Timetable:
         """Check a goal. Raises `InvalidMessage`, `InvalidValue`, `TrajectoryRefused`, `NotHomed`, `Unreachable`."""
         if self._joints is None:
-            raise NotHomed()
+            raise NotHomed(command="maya home")
         _require_supported(goal)
         trajectory: Message = goal["trajectory"]
         names: Sequence[str] = trajectory["joint_names"]
