@@ -18,6 +18,7 @@ from websockets.frames import Frame, Opcode
 from websockets.protocol import State as Phase
 from websockets.uri import parse_uri
 
+from maya_un.config import Config
 from maya_un.controller.monitor import StateBroadcaster
 from maya_un.errors import Busy, MayaError
 from maya_un.events import Event, EventLog, PhaseBegun
@@ -101,6 +102,10 @@ class Watched:
     def state(self) -> State:
         """The present state."""
         return self.latest.state
+
+    def config(self) -> Config:
+        """The configuration that applies."""
+        return Config()
 
     def require_free(self) -> None:
         """Raise `Busy` while a job runs."""

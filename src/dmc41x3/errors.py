@@ -100,9 +100,7 @@ class CodedError(Exception):
 
     def _sentence(self, language: str) -> str:
         """Return the sentence with the details; details that are words or phrases of the catalogue are translated."""
-        kind = type(self)
-        optional = {name: getattr(kind, name) for name, required in kind.declared.items() if not required}
-        return self.template(language).format_map(_Missing(self._shown({**optional, **self.details}, language)))
+        return self.template(language).format_map(_Missing(self._shown(self.details, language)))
 
     @classmethod
     def _shown(cls, details: Mapping[str, object], language: str) -> Mapping[str, object]:

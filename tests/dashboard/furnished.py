@@ -54,7 +54,9 @@ async def write_history(file: Path, jobs: int) -> None:
         )
         for number in range(1, jobs + 1)
     ]
-    ended[FAILED - 1] = replace(ended[FAILED - 1], state=TaskState.FAILED, code=NotHomed.code, message=str(NotHomed()))
+    ended[FAILED - 1] = replace(
+        ended[FAILED - 1], state=TaskState.FAILED, code=NotHomed.code, message=str(NotHomed(command="maya home"))
+    )
     await journal.add(*ended)
     await journal.close()
 

@@ -83,7 +83,7 @@ def test_a_text_of_the_service_is_in_the_language_of_the_page(furnished: Service
     tab = tab_of(furnished, locale="es")
     tab.open("/history")
     for language in ("es", "en", "es"):
-        expect(tab.page.locator("[data-why]")).to_have_text(NotHomed().text(language))
+        expect(tab.page.locator("[data-why]")).to_have_text(NotHomed(command="maya home").text(language))
         tab.page.click(".rail [data-language]")
 
 

@@ -58,11 +58,11 @@ def test_an_error_says_its_sentence_and_keeps_its_details() -> None:
 
 
 def test_error_is_in_spanish_on_request() -> None:
-    assert NotHomed().text("es").endswith("Ejecute primero `maya home`.")
+    assert NotHomed(command="maya home").text("es").endswith("Ejecute primero `maya home`.")
 
 
 def test_a_language_we_lack_reads_as_english() -> None:
-    assert NotHomed().text("fr") == str(NotHomed())
+    assert NotHomed(command="maya home").text("fr") == str(NotHomed(command="maya home"))
 
 
 def test_a_detail_that_a_peer_left_out_does_not_hide_the_error() -> None:
@@ -135,8 +135,8 @@ def test_interface_shows_the_text_of_an_error_without_its_details() -> None:
     error = errors.from_sentence(2111, "Maya cannot pause now: nothing moves. To stop the robot, run `maya stop`.")
     again = errors.from_notice(error.code, error.details, str(error))
     assert (type(again), str(again)) == (errors.CannotPause, str(error))
-    homed = errors.from_notice(errors.NotHomed.code, {}, "in English")
-    assert (str(homed), homed.verbatim) == (str(errors.NotHomed()), False)
+    paused = errors.from_notice(errors.NotPaused.code, {}, "in English")
+    assert (str(paused), paused.verbatim) == (str(errors.NotPaused()), False)
 
 
 def test_a_code_that_is_not_in_the_tree_is_not_rebuilt() -> None:

@@ -172,7 +172,7 @@ class JointTrajectories:
         """Check a goal. Raises `InvalidMessage`, `InvalidValue`, `TrajectoryRefused`, `NotHomed`, `Unreachable`."""
         joints = self._joints()
         if joints is None:
-            raise NotHomed()
+            raise NotHomed(command="maya home")
         _require_supported(goal)
         trajectory: Message = goal["trajectory"]
         names: Sequence[str] = trajectory["joint_names"]

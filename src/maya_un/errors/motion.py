@@ -45,7 +45,7 @@ class NotHomed(
 ):
     """Motion was requested before homing; on some machines a person must give the datum, with another `command`."""
 
-    command: Literal["maya home", "maya datum"] = "maya home"
+    command: Literal["maya home", "maya datum"]
 
 
 class Busy(RequestError, code=2104, en="The robot is busy ({doing}). Wait until it is done, or run `maya stop`."):

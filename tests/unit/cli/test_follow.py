@@ -17,7 +17,7 @@ REPORT = {"id": 7, "name": "two cubes", "code": 0, "message": "", "steps": []}
 WAITS = "Job 7 waits: the queue is paused (ana paused it). `maya queue resume` continues it."
 
 
-IDLE = {"seq": 41, "time": 0.0, "kind": "idle", "code": 0, "detail": {}}
+IDLE: dict[str, object] = {"seq": 41, "time": 0.0, "kind": "idle", "code": 0, "detail": {}}
 
 
 def followed(
@@ -68,7 +68,7 @@ def test_a_question_is_shown_with_the_commands_that_answer_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *, json: bool
 ) -> None:
     detail = {"job": 7, "index": 1, "question": "Which part?", "choices": "cube / a box"}
-    asked = {**IDLE, "kind": "question", "detail": detail}
+    asked: dict[str, object] = {**IDLE, "kind": "question", "detail": detail}
     assert followed(["running", "done"], Display() if json else FactLines(), monkeypatch, asked) == "done"
     out, err = capsys.readouterr()
     assert "question: Which part? Answer with `maya queue answer cube` or `maya queue answer 'a box'`.\n" in (

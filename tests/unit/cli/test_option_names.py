@@ -25,4 +25,4 @@ def test_error_names_the_given_option(refusal: InvalidValue | InvalidRequest, ke
 
 def test_everything_else_passes() -> None:
     with pytest.raises(NotHomed), called({"patience": "--for"}):
-        raise NotHomed
+        raise NotHomed(command="maya home")

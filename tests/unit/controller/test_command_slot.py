@@ -22,7 +22,7 @@ async def test_second_command_is_refused_with_the_name_of_the_first() -> None:
     assert slot.current is None
 
 
-@pytest.mark.parametrize("error", [NotHomed(), AbortInput(), asyncio.CancelledError()])
+@pytest.mark.parametrize("error", [NotHomed(command="maya home"), AbortInput(), asyncio.CancelledError()])
 async def test_failed_command_frees_the_slot(error: BaseException) -> None:
     slot = ExclusiveSlot()
     with pytest.raises(type(error)), slot.take("move"):

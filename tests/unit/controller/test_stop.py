@@ -275,7 +275,7 @@ async def test_any_end_of_a_motion_leaves_no_axis_moving() -> None:
         await elapse(5.0)
         command = bench.controller._monitor.slot.current
         assert command is not None
-        command.interrupt(NotHomed())  # no error of the machine, as a defect of ours would be none
+        command.interrupt(NotHomed(command="maya home"))  # no error of the machine, as a defect of ours would be none
         with pytest.raises(NotHomed):
             await move
         assert still_moving(bench) == 0.0

@@ -20,7 +20,7 @@ UNREADABLE = FileUnreadable.en
 ENGLISH = """
 import sys
 from maya_un.errors import NotHomed
-print(NotHomed().text("en"), "gettext" in sys.modules)
+print(NotHomed(command="maya home").text("en"), "gettext" in sys.modules)
 """
 
 

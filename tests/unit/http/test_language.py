@@ -29,7 +29,10 @@ def test_of_the_languages_we_have_the_one_wanted_most(wanted: str, language: str
 
 @pytest.mark.parametrize("language", ["en", "es"])
 async def test_texts_are_translated_in_their_order_and_unknown_ones_stay(language: str) -> None:
-    errors = (NotHomed(), Unreachable(target="bolt", reason="it must be a text", nearest="(0.5, 1.2)"))
+    errors = (
+        NotHomed(command="maya home"),
+        Unreachable(target="bolt", reason="it must be a text", nearest="(0.5, 1.2)"),
+    )
     texts = ["Bolt 7", *(error.text("en") for error in errors), "", "it must be a number between -10 and 10"]
     spanish = ["Bolt 7", *(error.text("es") for error in errors), "", "debe ser un número entre -10 y 10"]
     async with app_client(ServiceStandIn()) as client:

@@ -103,7 +103,9 @@ def test_hello_changes_the_language_of_the_connection() -> None:
             await client.say("subscribe", can=True)
             for language, spoken in (("", "es"), ("en", "en"), ("es-CO", "es")):
                 await client.say("hello", language=language)
-                assert (await client.until("can"))["can"]["actions"]["jog"]["message"] == NotHomed().text(spoken)
+                assert (await client.until("can"))["can"]["actions"]["jog"]["message"] == NotHomed(
+                    command="maya home"
+                ).text(spoken)
                 begins = InvalidRequest.template(spoken).split("{")[0]
                 assert (await client.ask("dance"))["message"].startswith(begins)
             assert (await client.ask("hello", language=7))["code"] == 4005

@@ -153,7 +153,7 @@ def why_not(state: State, *, can_teleop: bool, doing: str = "") -> MayaError | N
     if state.mode is Mode.FAULT:
         return Faulted(fault=state.fault.message if state.fault else "")
     if state.mode is Mode.NOT_HOMED or not state.homed:
-        return NotHomed()
+        return NotHomed(command="maya home")
     if can_teleop and not doing:
         return None
     return Busy(doing=doing or state.mode.value)

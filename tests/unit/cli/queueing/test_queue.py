@@ -96,15 +96,24 @@ def test_jobs_that_ended_last_are_shown_with_the_errors_of_those_that_failed(
     serve: Serve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     done = {**LINE, "id": 5, "state": "done", "done": 5, "duration": 61.0}
-    failed = {**LINE, "id": 4, "state": "failed", "code": 2103, "message": str(NotHomed()), "duration": 0.0}
+    failed = {
+        **LINE,
+        "id": 4,
+        "state": "failed",
+        "code": 2103,
+        "message": str(NotHomed(command="maya home")),
+        "duration": 0.0,
+    }
     serve(**{"/v1/jobs": [done, failed]})
     shown = printed(["queue"], capsys)
     assert words(shown.partition("Ended last:\n")[2])[1:3] == [
         ["4", "two", "cubes", "failed", "(2103)", "0/5", "0.0", "s"],
         ["5", "two", "cubes", "done", "5/5", "1:01", "min"],
     ]
-    assert shown.splitlines()[-1] == f"Job 4 failed: {NotHomed()}"
-    assert f"El trabajo 4 ha fallado: {NotHomed().text('es')}" in printed(["queue", "--lang", "es"], capsys)
+    assert shown.splitlines()[-1] == f"Job 4 failed: {NotHomed(command='maya home')}"
+    assert f"El trabajo 4 ha fallado: {NotHomed(command='maya home').text('es')}" in printed(
+        ["queue", "--lang", "es"], capsys
+    )
 
 
 def test_a_job_that_is_done_has_no_steps_left_but_those_of_the_other_branch(

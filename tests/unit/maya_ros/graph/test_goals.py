@@ -125,10 +125,14 @@ async def test_goal_that_ends_without_feedback_was_active() -> None:
 @pytest.mark.parametrize(
     ("begun", "error", "course"),
     [
-        (False, GoalRefused(failure(NotHomed())), [GoalStatus.PENDING, GoalStatus.REJECTED]),
-        (True, GoalRefused(failure(NotHomed())), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
-        (False, NotHomed(), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
-        (True, NotHomed(), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
+        (False, GoalRefused(failure(NotHomed(command="maya home"))), [GoalStatus.PENDING, GoalStatus.REJECTED]),
+        (
+            True,
+            GoalRefused(failure(NotHomed(command="maya home"))),
+            [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED],
+        ),
+        (False, NotHomed(command="maya home"), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
+        (True, NotHomed(command="maya home"), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.ABORTED]),
         (True, Stopped(), [GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTED]),
         (False, Stopped(), [GoalStatus.PENDING, GoalStatus.RECALLED]),
     ],
@@ -406,9 +410,9 @@ class GoalsMachine(RuleBasedStateMachine):
             case "done":
                 self.do(lambda: way.set_result(DONE))
             case "refused":
-                self.do(lambda: way.set_exception(GoalRefused(failure(NotHomed()))))
+                self.do(lambda: way.set_exception(GoalRefused(failure(NotHomed(command="maya home")))))
             case _:
-                self.do(lambda: way.set_exception(NotHomed()))
+                self.do(lambda: way.set_exception(NotHomed(command="maya home")))
 
     @invariant()
     def states_follow_one_another_as_in_actionlib(self) -> None:

@@ -18,9 +18,9 @@ def test_success_is_no_error() -> None:
 
 @pytest.mark.parametrize("as_result", [failure, trigger_failure])
 def test_error_keeps_its_code_and_sentence(as_result: Callable[[MayaError], Message]) -> None:
-    error = error_of(as_result(NotHomed()))
+    error = error_of(as_result(NotHomed(command="maya home")))
     assert isinstance(error, NotHomed)
-    assert str(error) == str(NotHomed())
+    assert str(error) == str(NotHomed(command="maya home"))
 
 
 def test_every_code_is_known_on_the_other_side() -> None:

@@ -34,7 +34,7 @@ class Acting:
             raise GoalRefused(failure(Busy(doing="another")))
         feedback({"phase": command, "progress": 0.5})
         if command == "fails":
-            raise NotHomed
+            raise NotHomed(command="maya home")
         if command == "waits":
             try:
                 await asyncio.Event().wait()

@@ -67,8 +67,8 @@ async def test_one_at_a_time() -> None:
 @pytest.mark.parametrize(
     ("error", "begun", "raised"),
     [
-        (NotHomed(), False, GoalRefused),
-        (NotHomed(), True, NotHomed),
+        (NotHomed(command="maya home"), False, GoalRefused),
+        (NotHomed(command="maya home"), True, NotHomed),
         (Stopped(), False, Stopped),
         (EndNotReached(axis="a", distance="1 count"), False, EndNotReached),
     ],
