@@ -89,7 +89,7 @@ def use(machine: Machine, rng: Random, folder: Path, seed: int) -> None:
     answer(f"config check {config}")
     write_job(machine, rng, job)
     with running(f"up --speed {SPEED} --port 0 --journal memory --seed {seed} --table {job}") as up:
-        up.until("http://")
+        up.until("Ctrl-C")  # it is ready
         answer("home")
         report = answer(f"run {job}")
         assert report["state"] == "done"

@@ -43,7 +43,9 @@ async def test_without_dds_the_command_says_what_to_install(monkeypatch: pytest.
     assert missing.value.code == 5016
 
 
-@pytest.mark.parametrize(("domain", "namespace"), [("233", ""), ("one", ""), ("-1", ""), ("0", "a b"), ("0", "1st")])
+@pytest.mark.parametrize(
+    ("domain", "namespace"), [("233", ""), ("\u0663", ""), ("one", ""), ("-1", ""), ("0", "a b"), ("0", "1st")]
+)
 def test_a_domain_or_namespace_that_cannot_be_is_named(
     domain: str, namespace: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -108,12 +108,17 @@ class RosoutHandler(logging.Handler):
         """Publish a record; what the writing thread itself says would come back to it."""
         if self._writer.writes_in(record.thread):
             return
+        try:
+            text = record.getMessage()[:LONGEST]
+        except Exception:  # noqa: BLE001 - as every handler, this one reports a record that has no text
+            self.handleError(record)
+            return
         self._writer.send(
             {
                 "stamp": self._now(),
                 "level": record.levelno,
                 "name": record.name,
-                "msg": record.getMessage()[:LONGEST],
+                "msg": text,
                 "file": record.filename,
                 "function": record.funcName or "",
                 "line": record.lineno,

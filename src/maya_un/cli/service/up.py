@@ -388,7 +388,7 @@ def ros2_of(namespace: str, remaps: Sequence[str] = ()) -> Ros2Options:
     from maya_un.edges import Ros2Options
 
     text = os.environ.get("ROS_DOMAIN_ID") or "0"
-    if not text.isdecimal() or int(text) > LAST_DOMAIN:
+    if not (text.isascii() and text.isdecimal()) or int(text) > LAST_DOMAIN:
         raise InvalidValue(
             key="ROS_DOMAIN_ID", value=text, reason=phrase("it must be a number from 0 to {last}", last=LAST_DOMAIN)
         )
