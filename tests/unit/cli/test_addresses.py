@@ -37,7 +37,7 @@ def test_an_address_has_a_port() -> None:
 def test_a_serial_port_is_an_address() -> None:
     assert controller_address("/dev/ttyUSB0@19200") == SerialAddress("/dev/ttyUSB0", 19200)
     assert target_address("real", "/dev/ttyUSB0") == "/dev/ttyUSB0"
-    with pytest.raises(InvalidValue, match="must be one of"):
+    with pytest.raises(InvalidValue, match="the speed after @ must be 9600"):
         target_address("/dev/ttyUSB0@7", "10.0.0.1")
 
 
