@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from typing import Any
 
 from dmc41x3.i18n import phrase
 from maya_ros.graph.outcome import call_service
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import CALL_OPERATION
+from maya_un.config.settings import flat, nested
 from maya_un.errors import InvalidValue, MayaError
-from maya_un.service.configuring import flat
 
 CONFIG = "config."
 """Begins the names of the settings."""
@@ -67,10 +67,7 @@ class Parameters:
     async def _set(self, parameters: Sequence[Message]) -> Message:
         """Write settings for the next start, all or none."""
         try:
-            settings: dict[str, Any] = {}
-            for one in parameters:
-                _lay(settings, _setting(one["name"]), _written(one["value"]))
-            arguments = json.dumps({"config": {"settings": settings}})
+            arguments = json.dumps({"config": {"settings": _settings(parameters)}})
             await call_service(self._graph, CALL_OPERATION, {"operation": "put_config", "arguments": arguments})
         except MayaError as error:
             return {"successful": False, "reason": f"{error.code}: {error}"}
@@ -119,22 +116,20 @@ def _described(name: str, value: Any) -> Message:
     return {"name": name, "type": _type(value), "additional_constraints": constraints, "read_only": bool(fixed)}
 
 
+def _settings(parameters: Sequence[Message]) -> dict[str, Any]:
+    """Return rcl_interfaces/Parameter of settings as nested tables; raises `InvalidValue`."""
+    values = {_setting(one["name"]): _written(one["value"]) for one in parameters}
+    try:
+        return nested(values)
+    except ValueError as error:
+        raise InvalidValue(key="name", value=str(error), reason="a part of it is a setting and no section") from error
+
+
 def _setting(name: str) -> str:
     if not name.startswith(CONFIG):
         reason = phrase("only settings, below {prefix}, can be changed", prefix=CONFIG)
         raise InvalidValue(key="name", value=name, reason=reason)
     return name.removeprefix(CONFIG)
-
-
-def _lay(settings: dict[str, Any], name: str, value: Any) -> None:
-    """Put a value at its place in the sections of the configuration."""
-    *sections, last = name.split(".")
-    for section in sections:
-        below = settings.setdefault(section, {})
-        if not isinstance(below, dict):
-            raise InvalidValue(key="name", value=name, reason="a part of it is a setting and no section")
-        settings = cast("dict[str, Any]", below)
-    settings[last] = value
 
 
 def _written(value: Message) -> Any:

@@ -9,10 +9,11 @@ from typing import Any
 
 from dmc41x3.i18n import Phrase, phrase
 from maya_un.commission.guarded import Bounds, GuardedMachine, claimed
-from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress, nested
+from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress
 from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.config import Config
 from maya_un.config.files import checked
+from maya_un.config.settings import nested
 from maya_un.controller.registers import Dial
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, MayaError, NotConnected
 from maya_un.values import AXES

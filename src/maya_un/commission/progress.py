@@ -12,6 +12,7 @@ from typing import Any
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.config import Config
 from maya_un.config.files import parse, replace
+from maya_un.config.settings import nested
 from maya_un.errors import FileUnreadable, InvalidConfig
 
 FILE = "commissioning.json"
@@ -115,22 +116,6 @@ class CommissioningProgress:
 
 _DAMAGE = (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError)
 """Errors of reading a file that no commissioning has written."""
-
-
-def nested(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings by their dotted names as nested tables; raises `ValueError` for a setting within another one."""
-    keys: dict[str, Any] = {}
-    for name, value in changes.items():
-        *sections, last = name.split(".")
-        table = keys
-        for section in sections:
-            table = table.setdefault(section, {})
-            if not isinstance(table, dict):
-                raise ValueError(name)  # noqa: TRY004 - a wrong name, not a wrong type of an argument
-        if last in table:
-            raise ValueError(name)
-        table[last] = value
-    return keys
 
 
 def _result(value: Mapping[str, Any]) -> CheckResult:

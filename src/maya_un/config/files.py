@@ -9,7 +9,6 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from contextlib import contextmanager
-from math import degrees
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,7 +21,7 @@ from maya_un.config.base import Flaw, flaws
 from maya_un.config.model import KINDS, Config
 from maya_un.errors import FileUnreadable, FileUnwritable, InvalidConfig
 from maya_un.manual import default_path
-from maya_un.quantities import UNITS
+from maya_un.quantities import ANGLE, LENGTH, UNITS
 from maya_un.validation import UNKNOWN, WHOLE, nearest
 
 
@@ -202,7 +201,7 @@ def _with_units(key: str, value: object, note: str) -> str:
     return f"{key} = {json.dumps(shown)}  # {note.replace(f' [{unit}]', '')}"
 
 
-_PEOPLES = {"m": ("mm", 1e3), "rad": ("deg", degrees(1.0))}
+_PEOPLES = {kind.si: (kind.usual, 1.0 / kind.units[kind.usual]) for kind in (LENGTH, ANGLE)}
 """The units of people for those that a meaning of a key names, and their factors."""
 
 

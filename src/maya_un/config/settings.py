@@ -80,3 +80,19 @@ def flat(values: Mapping[str, Any], section: str = "") -> dict[str, Any]:
         name = f"{section}.{key}" if section else key
         found |= flat(value, name) if isinstance(value, Mapping) else {name: value}
     return found
+
+
+def nested(changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings by their dotted names as nested tables; raises `ValueError` for a setting within another one."""
+    keys: dict[str, Any] = {}
+    for name, value in changes.items():
+        *sections, last = name.split(".")
+        table = keys
+        for section in sections:
+            table = table.setdefault(section, {})
+            if not isinstance(table, dict):
+                raise ValueError(name)  # noqa: TRY004 - a wrong name, not a wrong type of an argument
+        if last in table:
+            raise ValueError(name)
+        table[last] = value
+    return keys

@@ -188,7 +188,7 @@ def test_status_shows_that_a_job_waits_for_an_answer(
     with http_service(lambda *_: (200, {**STATUS, "question": question})) as url:
         published(monkeypatch, url)
         assert main(["status"]) == 0
-    assert ("job 1 waits for an answer: Which part?" in capsys.readouterr().out.splitlines()) is told
+    assert ("job 1 waits for an answer: Which part?" in capsys.readouterr().out.splitlines()) == told
 
 
 def test_status_with_a_place_a_fault_and_a_queue(

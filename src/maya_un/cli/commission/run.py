@@ -25,10 +25,11 @@ from maya_un.cli.commission.rehearsal import TwinPerson
 from maya_un.cli.configure import config_file, configuration, require_twin, truth_of_twin
 from maya_un.cli.settings import OutputSettings
 from maya_un.commission.procedure import Commissioning
-from maya_un.commission.progress import FILE, CommissioningProgress, nested, report
+from maya_un.commission.progress import FILE, CommissioningProgress, report
 from maya_un.commission.questions import NO, YES, Person, PossibleAnswer, Question, QuestionKind
 from maya_un.commission.steps import STEPS
 from maya_un.config import Config
+from maya_un.config.settings import nested
 from maya_un.config.state_folder import own_state_folder
 from maya_un.controller.registers import Dial
 from maya_un.schema.configuration import SettingDifference
