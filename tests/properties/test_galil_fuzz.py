@@ -129,10 +129,9 @@ class Session:
     @staticmethod
     def _countable(handle: Handle, data: bytes) -> int | None:
         """Return how many prompts `data` must yield, None where what is printed may hold prompts itself."""
-        fresh = LineSplitter()
-        if handle.download is not None or not data.endswith(b"\r") or vars(handle.splitter) != vars(fresh):
+        if handle.download is not None or not data.endswith(b"\r") or not handle.splitter.between_lines:
             return None
-        texts = fresh.feed(data)
+        texts = LineSplitter().feed(data)
         quiet = all(text[:2].isupper() and text[:2] not in TALKATIVE and "=" not in text for text in texts)
         return len(texts) if quiet else None
 

@@ -14,6 +14,7 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Final
 
 from dmc41x3.errors import UnexpectedReply
 from dmc41x3.language.hardware import ALIASES, LETTERS, SAMPLES
@@ -33,33 +34,33 @@ _PRESENT = 0x80
 class AxisStatus:
     """Bits of an axis' status word, some of which a plane has too."""
 
-    MOVING = 1 << 15
-    POSITION_MODE = 1 << 14
-    ABSOLUTE_MODE = 1 << 13
-    FINDING_EDGE = 1 << 12
-    HOMING = 1 << 11
-    HOMING_FIRST_DONE = 1 << 10
-    HOMING_SECOND_DONE = 1 << 9
-    COORDINATED = 1 << 8
-    NEGATIVE = 1 << 7
-    CONTOUR = 1 << 6
-    SLEWING = 1 << 5
-    STOPPING = 1 << 4
-    FINAL_DECELERATION = 1 << 3
-    LATCH_ARMED = 1 << 2
-    HOMING_THIRD = 1 << 1
-    MOTOR_OFF = 1 << 0
+    MOVING: Final = 1 << 15
+    POSITION_MODE: Final = 1 << 14
+    ABSOLUTE_MODE: Final = 1 << 13
+    FINDING_EDGE: Final = 1 << 12
+    HOMING: Final = 1 << 11
+    HOMING_FIRST_DONE: Final = 1 << 10
+    HOMING_SECOND_DONE: Final = 1 << 9
+    COORDINATED: Final = 1 << 8
+    NEGATIVE: Final = 1 << 7
+    CONTOUR: Final = 1 << 6
+    SLEWING: Final = 1 << 5
+    STOPPING: Final = 1 << 4
+    FINAL_DECELERATION: Final = 1 << 3
+    LATCH_ARMED: Final = 1 << 2
+    HOMING_THIRD: Final = 1 << 1
+    MOTOR_OFF: Final = 1 << 0
 
 
 class AxisSwitches:
     """Bits of an axis' switches; a limit's bit is 1 while the limit is not active."""
 
-    LATCHED = 1 << 7
-    LATCH_INPUT = 1 << 6
-    FORWARD_INACTIVE = 1 << 3
-    REVERSE_INACTIVE = 1 << 2
-    HOME_INPUT = 1 << 1
-    STEPPER = 1 << 0
+    LATCHED: Final = 1 << 7
+    LATCH_INPUT: Final = 1 << 6
+    FORWARD_INACTIVE: Final = 1 << 3
+    REVERSE_INACTIVE: Final = 1 << 2
+    HOME_INPUT: Final = 1 << 1
+    STEPPER: Final = 1 << 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,7 +210,7 @@ def decode(data: bytes) -> DataRecord:
 
 def encode(record: DataRecord) -> bytes:
     """Return the bytes of a whole record, without prompt. Every field must be in the range of its type."""
-    head = (
+    head: tuple[int | bytes, ...] = (
         record.sample,
         bytes(record.inputs),
         bytes(record.outputs),

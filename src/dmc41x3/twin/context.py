@@ -5,7 +5,7 @@ The reports of status bits are TS, the status words, and the data record of QR.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeAlias
@@ -39,7 +39,7 @@ _PROGRAM_RUNS, _IN_ERROR_ROUTINE, _INTERRUPTS_ARMED, _IN_INPUT_ROUTINE = 1 << 7,
 _CONTOURING = 1 << 5
 _INPUT_ROUTINE = "ININT"
 _HEADER = 4
-_CONTOUR, _S, _T = slice(56, 62), slice(62, 72), slice(72, 82)
+_CONTOUR_START, _S_START, _T_START = 56, 62, 72
 _LEAST, _MOST = -(1 << 31), (1 << 31) - 1
 _FIRST_AXIS = _HEADER + GENERAL + COORDINATE
 
@@ -122,8 +122,8 @@ def record(unit: Unit, blocks: str = "") -> bytes:
         return whole
     parts: list[bytes] = []
     if "I" in blocks:
-        parts += [whole[_HEADER : _HEADER + GENERAL], whole[_CONTOUR]]
-    parts += [whole[_S]] * ("S" in blocks) + [whole[_T]] * ("T" in blocks)
+        parts += [whole[_HEADER:_CONTOUR_START], whole[_CONTOUR_START:_S_START]]
+    parts += [whole[_S_START:_T_START]] * ("S" in blocks) + [whole[_T_START:_FIRST_AXIS]] * ("T" in blocks)
     present = 0
     for axis in unit.axes:
         if axis.letter in blocks:
@@ -266,7 +266,7 @@ class OperandScope:
     def __init__(self, unit: Unit, caller: Handle | None = None, thread: Thread | None = None) -> None:
         self._unit = unit
         self._caller = caller
-        self._thread = thread
+        self._calling_thread = thread
         self._readers: dict[str, _Reader] = {}
 
     def variable(self, name: str) -> int:
@@ -303,19 +303,20 @@ class OperandScope:
         unit = self._unit
         if function == "IN" and 0 <= bit - _FIRST_AUXILIARY < 2 * len(unit.axes):
             return ONE  # idle inputs are high, and nothing is wired to these
-        values = {"IN": unit.inputs, "OUT": unit.outputs, "AN": unit.analog}[function]
+        banks: dict[str, Sequence[float]] = {"IN": unit.inputs, "OUT": unit.outputs, "AN": unit.analog}
+        values = banks[function]
         if not 1 <= bit <= len(values):
             raise Rejection(ErrorCode.OUT_OF_RANGE)
         return fixed(values[bit - 1])
 
     def _special(self, name: str) -> int:
-        if name[0] == "^" and self._thread is None:
+        if name[0] == "^" and self._calling_thread is None:
             raise Rejection(ErrorCode.PROGRAM_ONLY)
         if name in self._unit.arrays:
             raise Rejection(ErrorCode.MISSING_BRACKET)
         value = self._unit.axis_variables.get(name)
-        if name[0] == "^" and self._thread is not None:
-            value = self._thread.locals.get(name[1:])
+        if name[0] == "^" and self._calling_thread is not None:
+            value = self._calling_thread.locals.get(name[1:])
         if value is None:
             raise Rejection(ErrorCode.VARIABLE_ERROR)
         return value
@@ -356,10 +357,10 @@ class OperandScope:
         return self._unit.axes[LETTERS.index(letter)]
 
     def _of_caller(self, word: str, which: str) -> float:
-        if self._thread is not None and not which and word == "JS":
-            return self._thread.returned / ONE
-        if self._thread is not None and word == "ED" and which == "4":
-            return self._thread.number
+        if self._calling_thread is not None and not which and word == "JS":
+            return self._calling_thread.returned / ONE
+        if self._calling_thread is not None and word == "ED" and which == "4":
+            return self._calling_thread.number
         if (word == "WH" and not which) or (word == "IA" and which == "3"):
             return -1 if self._caller is None else self._caller.index
         if word == "IH" and len(which) == 2 and which[0] in LETTERS and which[1] in "01234":
@@ -430,13 +431,34 @@ _PLANE: dict[str, Callable[[Unit, Plane], float]] = {
     "VE": lambda unit, plane: plane.total,
 }
 
+
+def _analog_range(unit: Unit, number: int) -> int:
+    return unit.peripherals.analog_ranges[number]
+
+
+def _cn_setting(unit: Unit, number: int) -> int:
+    return unit.core.cn[number]
+
+
+def _thread_place(unit: Unit, number: int) -> int:
+    return unit.threads.all[number].place
+
+
+def _thread_status(unit: Unit, number: int) -> int:
+    return unit.threads.all[number].status
+
+
+def _stack_depth(unit: Unit, number: int) -> int:
+    return len(unit.threads.all[number].stack)
+
+
 _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "TC": lambda unit: unit.error_code,
     "TB": program_byte,
     "CM": lambda unit: unit.core.contour.free(unit.core.now),
     "TIME": lambda unit: unit.time,
     "TI": lambda unit: input_bank(unit, 0),
-    **{f"TI{bank}": (lambda unit, bank=bank: input_bank(unit, bank)) for bank in INPUT_BANKS},
+    **{f"TI{bank}": partial(input_bank, bank=bank) for bank in INPUT_BANKS},
     "OP": lambda unit: output_bank(unit, 0),
     "OP0": lambda unit: output_bank(unit, 0),
     "OP1": lambda unit: output_bank(unit, 1),
@@ -473,7 +495,7 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "US": lambda unit: unit.peripherals.ports_swapped,
     "CI": lambda unit: unit.peripherals.communication_interrupt,
     "EI": lambda unit: unit.peripherals.event_settings[0],
-    **{f"AQ{n + 1}": (lambda unit, n=n: unit.peripherals.analog_ranges[n]) for n in range(ANALOG_INPUTS)},
+    **{f"AQ{n + 1}": partial(_analog_range, number=n) for n in range(ANALOG_INPUTS)},
     "DR": lambda unit: unit.records.period,
     "DR0": lambda unit: unit.records.period,
     "DR1": lambda unit: unit.records.place,
@@ -493,14 +515,14 @@ _SYSTEM: dict[str, Callable[[Unit], float]] = {
     "QZ2": lambda unit: 26,
     "QZ3": lambda unit: 36,
     "CN": lambda unit: unit.core.cn[0],
-    **{f"CN{n}": (lambda unit, n=n: unit.core.cn[n]) for n in range(5)},
+    **{f"CN{n}": partial(_cn_setting, number=n) for n in range(5)},
     "TA": lambda unit: amplifier_byte(unit, 0),
-    **{f"TA{n}": (lambda unit, n=n: amplifier_byte(unit, n)) for n in range(4)},
+    **{f"TA{n}": partial(amplifier_byte, number=n) for n in range(4)},
     "XQ": lambda unit: unit.threads.all[0].place,
     "HX": lambda unit: unit.threads.all[0].status,
-    **{f"XQ{n}": (lambda unit, n=n: unit.threads.all[n].place) for n in range(8)},
-    **{f"HX{n}": (lambda unit, n=n: unit.threads.all[n].status) for n in range(8)},
-    **{f"ZS{n}": (lambda unit, n=n: len(unit.threads.all[n].stack)) for n in range(8)},
+    **{f"XQ{n}": partial(_thread_place, number=n) for n in range(8)},
+    **{f"HX{n}": partial(_thread_status, number=n) for n in range(8)},
+    **{f"ZS{n}": partial(_stack_depth, number=n) for n in range(8)},
     **{f"P2{item}": (lambda unit: 0) for item in ("CD", "CH", "NM", "ST")},
 }
 

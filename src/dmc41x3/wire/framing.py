@@ -43,6 +43,11 @@ class LineSplitter:
         self._pending = ""
         self._before = 0
 
+    @property
+    def between_lines(self) -> bool:
+        """Whether the next byte begins a line of commands."""
+        return not (self.program or self._pending or self._before) and self.limit == LINE_LIMIT
+
     def feed(self, data: bytes) -> list[str]:
         """Return the commands that `data` completes."""
         return list(self.split(data))

@@ -427,12 +427,13 @@ class Workspace(Ranges):
 
     def _unreachable(self, target: Point | Joints) -> Unreachable:
         reason = self.why_not(target)
+        nearest: Point | None
         try:
-            nearest = self.nearest(target if isinstance(target, Point) else self._place(target))
+            nearest = found = self.nearest(target if isinstance(target, Point) else self._place(target))
         except Unreachable as nothing_left:
             nearest, words = None, nothing_left.nearest
         else:
-            words = _text(self._rounded(nearest))
+            words = _text(self._rounded(found))
         return Unreachable(
             target=_text(target),
             reason=str(reason),

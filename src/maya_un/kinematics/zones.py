@@ -234,6 +234,7 @@ def zone_of(config: AnyZone) -> Zone:
 
 def written(zone: Zone) -> AnyZone:
     """Return the configuration of a zone; the inverse of `zone_of`."""
+    kind: type[AnyZone]
     match zone:
         case Box():
             kind, own = BoxConfig, {"kind": "box", "low": tuple(zone.low), "high": tuple(zone.high)}

@@ -191,7 +191,8 @@ def _jog(context: CallerContext, text: str) -> Answer:
     asked: list[float] = []
     changes: list[tuple[Axis, float]] = []
     if not text.strip():
-        return _jog_mode(context)
+        _jog_mode(context)
+        return None
     for axis, argument in addressed(context, text):
         if argument == QUERY:
             asked.append(abs(axis.jog_speed))

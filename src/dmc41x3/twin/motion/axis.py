@@ -156,11 +156,11 @@ class Axis:
         """Return the direction of the motion set up, at time `t`: 1, -1, or 0; `home` is the home input (`_HM`)."""
         match self.kind:
             case MotionKind.ABSOLUTE:
-                way = self.destination - self.reference(t)
+                way = float(self.destination - self.reference(t))
             case MotionKind.RELATIVE:
-                way = self.distance
+                way = float(self.distance)
             case MotionKind.FIND_EDGE | MotionKind.HOME:
-                way = -1 if home else 1
+                way = -1.0 if home else 1.0
             case MotionKind.JOG | MotionKind.FIND_INDEX:
                 way = self.jog_speed
         return (way > 0) - (way < 0)

@@ -227,7 +227,8 @@ class Contour(Feed):
 
     capacity = 511
     running_code = StopCode.CONTOUR_RUNNING
-    done_code = starved_code = StopCode.CONTOUR_STOPPED
+    done_code = StopCode.CONTOUR_STOPPED
+    starved_code = StopCode.CONTOUR_STOPPED
 
     def __init__(self) -> None:
         super().__init__(NAME)

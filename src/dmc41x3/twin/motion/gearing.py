@@ -380,7 +380,7 @@ class Cam:
         self.enabled, self.cycles = True, 0
         self._fold_master()
         axis = self.master.axis(self._core)
-        self._origin = (0 if axis is None else axis.offset) - self.shift
+        self._origin = (0.0 if axis is None else axis.offset) - self.shift
         self._way = self._read()
 
     def set_entry(self, axis: Axis, index: int, value: float) -> None:

@@ -277,15 +277,15 @@ def test_a_program_that_sleeps_and_looks_costs_next_to_nothing(monkeypatch: pyte
     bench = ProgramBench("#G;left=beat-TIME+2000;JP #OUT,(left<2)|(left>2000)\nWT 480,1;JP #G\n#OUT;out=1", axes=8)
     bench.do("beat=0;out=0", "JG*=2000;BG", "XQ #G,7")
     steps = 0
-    core = bench.machine.unit.core
-    step = core.step
+    plant = bench.machine.unit.core.plant
+    advance = plant.advance
 
-    def counted(now: float) -> None:
+    def counted(t: float) -> None:
         nonlocal steps
         steps += 1
-        step(now)
+        advance(t)
 
-    monkeypatch.setattr(core, "step", counted)
+    monkeypatch.setattr(plant, "advance", counted)
     for second in range(1, 101):
         bench.do("beat=TIME")
         bench.at(float(second))
