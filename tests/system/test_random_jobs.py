@@ -286,12 +286,16 @@ def _judge_pace(trial: Trial, way: Way, trajectory: Trajectory, duration: float)
         assert mean <= 1.1 * fastest + rounding, f"axis {axis}: {mean / fastest}\n{trial.machine.config!r}\n{way}"
 
 
-async def _skill(trial: Trial, robot: MayaRobot) -> None:
-    """Approach, pick or place somewhere, as the gripper allows."""
+def drawn_target(trial: Trial) -> Point:
+    """Return a place before the boom that the gripper may or may not reach."""
     rng, frame = trial.rng, trial.machine.frame
     a, d = rng.uniform(*frame.strokes[0]), rng.uniform(frame.delta, frame.length)
-    target = Point(d * sin(a), d * cos(a), rng.uniform(0.1, 0.6) * frame.top)
-    primitive: Primitive = rng.choice((Approach, Pick, Place))(target)
+    return Point(d * sin(a), d * cos(a), rng.uniform(0.1, 0.6) * frame.top)
+
+
+async def _skill(trial: Trial, robot: MayaRobot) -> None:
+    """Approach, pick or place somewhere, as the gripper allows."""
+    primitive: Primitive = trial.rng.choice((Approach, Pick, Place))(drawn_target(trial))
     closed = isinstance(primitive, Place)
     if trial.bench.controller.state.gripper_closed is not closed:
         await robot.run(Gripper(open=not closed))

@@ -34,7 +34,7 @@ class LogEntry:
 CheckName: TypeAlias = Literal[
     "configuration", "service", "version", "robot", "lease", "queue", "controller", "owner", "torque", "firmware",
     "handles", "limits", "program", "motors", "memory", "controller clock", "storage", "disk", "ports", "clock",
-    "certificate", "ROS", "supervisors",
+    "certificate", "software", "ROS", "supervisors",
 ]  # fmt: skip
 """Names of checks in the terminal and in JSON."""
 

@@ -9,6 +9,8 @@ import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from importlib.machinery import EXTENSION_SUFFIXES
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlsplit
@@ -16,7 +18,7 @@ from urllib.parse import urlsplit
 import httpx
 
 from dmc41x3.i18n import phrase
-from maya_un import runtime
+from maya_un import __version__, runtime
 from maya_un.config import Config, default_path, load
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged, translated
@@ -184,6 +186,17 @@ def _writable(folder: Path) -> bool:
     return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 
 
+_COMPILED = "dmc41x3.twin.timeline"
+"""One of the modules that a compiled wheel contains as machine code (hatch_build.py)."""
+
+
+def software(module: str = _COMPILED) -> Iterator[Finding]:
+    """Say which version is installed, and whether the twin and the planner are compiled, judged by one `module`."""
+    spec = find_spec(module)
+    compiled = spec is not None and str(spec.origin).endswith(tuple(EXTENSION_SUFFIXES))
+    yield ok("software", "software_compiled" if compiled else "software_plain", version=__version__)
+
+
 def disk() -> Iterator[Finding]:
     """Check the free space on the disk of the queue."""
     folder = state_folder()
@@ -292,6 +305,7 @@ def looks(named: Path | None, config_of: Config, language: str, pid: int) -> lis
     there = listeners()
     return [
         ("configuration", lambda: config(named, language)),
+        ("software", software),
         ("storage", lambda: storage(language, served_by=pid)),
         ("disk", disk),
         ("ports", lambda: ports(there)),

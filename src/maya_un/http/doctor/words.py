@@ -22,6 +22,10 @@ _TEXTS = {
     "config_served": FindingText("The running service uses the configuration {path}, which is valid."),
     "config_served_none": FindingText("The running service uses no configuration file: the manual's values apply."),
     "config_bad": FindingText("{error}", "Correct it, then run `maya config check`."),
+    "software_compiled": FindingText("maya-un {version}; the twin and the planner are compiled."),
+    "software_plain": FindingText(
+        "maya-un {version}, not compiled. A compiled package makes previews and dry runs faster."
+    ),
     "coms_none": FindingText("`maya coms` does not run at {url}."),
     "coms_other": FindingText(
         "`maya coms` at {url} is that of the robot {found}, not of {name}.",

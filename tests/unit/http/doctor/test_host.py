@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from maya_un import runtime
+from maya_un import __version__, runtime
 from maya_un.http.doctor import host
 from maya_un.http.doctor.finding import Finding
 from maya_un.http.doctor.host import ListeningProcess, listeners
@@ -167,3 +167,9 @@ def test_ros_is_looked_for_and_its_master_called(tmp_path: Path, monkeypatch: py
     assert (named.key, named.outcome) == ("ros_no_master", FindingOutcome.WARN)
     monkeypatch.setattr(host, "LOCAL_MASTER", uri)
     assert only(host.ros()).outcome is FindingOutcome.SKIPPED
+
+
+def test_the_software_is_compiled_or_not() -> None:
+    assert only(host.software("numpy._core._multiarray_umath")).key == "software_compiled"
+    assert only(host.software("maya_un.http.doctor.host")).key == "software_plain"
+    assert only(host.software()).details == {"version": __version__}
