@@ -349,7 +349,7 @@ export interface Forgotten {
 }
 
 export interface FoundByDoctor {
-  check: "configuration" | "service" | "version" | "robot" | "lease" | "queue" | "controller" | "owner" | "torque" | "firmware" | "handles" | "limits" | "program" | "motors" | "memory" | "controller clock" | "storage" | "disk" | "ports" | "clock" | "certificate" | "ROS" | "supervisors";
+  check: "configuration" | "service" | "version" | "robot" | "lease" | "queue" | "controller" | "owner" | "torque" | "firmware" | "handles" | "limits" | "program" | "motors" | "memory" | "controller clock" | "storage" | "disk" | "ports" | "clock" | "certificate" | "software" | "ROS" | "supervisors";
   outcome: FindingOutcome;
   key: string;
   meaning: string;
