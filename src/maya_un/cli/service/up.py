@@ -27,7 +27,6 @@ from maya_un import runtime
 from maya_un.assembly import Stack, stack, staffed, storage
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
-from maya_un.cli.coms.run import coms_beside
 from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places, truth_of_twin
 from maya_un.cli.fleet.watching import fleet_beside
 from maya_un.cli.recordings.recordings import store
@@ -372,6 +371,8 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
             held.enter_context(far.socket)
         graph = held.enter_context(graph_at(options.rosbridge, options.ros2, journal, options.remote))
         if graph is not None and graph.listener is not None and options.coms:
+            from maya_un.cli.coms.run import coms_beside
+
             held.enter_context(coms_beside(url_of(graph.listener), config.coms))
         run(_serve(robot, options, _UpListeners(near, far, graph), settings), clock)
     return output.DONE

@@ -15,8 +15,6 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
-import httpx
-
 from dmc41x3.i18n import phrase
 from maya_un import __version__, runtime
 from maya_un.config import Config, default_path, load
@@ -247,6 +245,8 @@ def _newest() -> float:
 
 def coms(config: Config, language: str = "en") -> Iterator[Finding]:
     """Check whether `maya coms` is connected to the robot and the supervisors."""
+    import httpx  # noqa: PLC0415 - it takes 0.1 s of the start of `maya up`
+
     url = config.coms.server_address
     try:
         status = httpx.get(f"{url}/status", timeout=1.0).json()
