@@ -23,8 +23,8 @@ sys.path.insert(0, str(ROOT / "ros" / "maya_ui" / "src"))
 from maya_ui import robot as facts  # noqa: E402 - the path comes first
 from maya_ui.dashboard import Dashboard  # noqa: E402
 from maya_ui.tasks import Task  # noqa: E402
-from python_qt_binding.QtCore import QEvent, QObject, QPoint, Qt, QTimer, Signal  # noqa: E402
-from python_qt_binding.QtGui import QKeyEvent  # noqa: E402
+from python_qt_binding.QtCore import QEvent, QObject, QPoint, QPointF, Qt, QTimer, Signal  # noqa: E402
+from python_qt_binding.QtGui import QKeyEvent, QWheelEvent  # noqa: E402
 from python_qt_binding.QtTest import QTest  # noqa: E402
 from python_qt_binding.QtWidgets import QApplication  # noqa: E402
 
@@ -106,6 +106,16 @@ class Driver(QObject):
     def do_strike(self, key: str) -> Any:
         """Press and release a key where the focus is, shortcuts included."""
         QTest.keyClick(QApplication.focusWidget() or self._dashboard, getattr(Qt, f"Key_{key}"))
+
+    def do_turn_wheel(self, name: str) -> Any:
+        """Turn the wheel of the mouse over a part; return whether the part takes it, else the columns scroll."""
+        part = self._part(name)
+        middle = part.rect().center()
+        at = QPointF(middle), QPointF(part.mapToGlobal(middle))
+        turn = QPoint(0, -120)
+        wheel = QWheelEvent(*at, QPoint(), turn, Qt.NoButton, Qt.NoModifier, Qt.NoScrollPhase, False)
+        QApplication.sendEvent(part, wheel)
+        return wheel.isAccepted()
 
     def do_focus(self, name: str) -> Any:
         QApplication.setActiveWindow(self._dashboard)

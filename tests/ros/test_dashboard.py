@@ -279,6 +279,29 @@ def test_running_command_is_shown_until_its_end(screen: Screen) -> None:
     assert screen.text("progress") == ""
 
 
+@pytest.mark.parametrize("focused", [True, False])
+@pytest.mark.parametrize("choice", ["command_choice", "reach_choice", "speed_choice", "language_choice"])
+def test_the_wheel_scrolls_and_changes_no_choice(screen: Screen, choice: str, focused: bool) -> None:
+    if focused:
+        screen.ask("focus", name=choice)
+    before = screen.text(choice)
+    assert screen.ask("turn_wheel", name=choice) is False
+    assert screen.text(choice) == before
+    assert screen.asked() == []
+
+
+@pytest.mark.parametrize("button", ["home", "now"])
+def test_a_started_command_leaves_the_focus_on_stop(screen: Screen, button: str) -> None:
+    screen.type(x="410", y="1130", z="400")
+    screen.ask("focus", name=button)
+    screen.click(button)
+    screen.asked()
+    stand(screen, "moving")
+    assert screen.read(button)["enabled"] is False
+    screen.ask("strike", key="Space")
+    assert screen.asked() == [["stop"]]
+
+
 def test_speed_and_pause_are_sent_and_shown(screen: Screen) -> None:
     screen.ask("choose", name="speed_choice", data=0.5)
     stand(screen, "moving", override=0.25)

@@ -7,7 +7,7 @@ from typing import Any
 from python_qt_binding import loadUi
 from python_qt_binding.QtCore import QDir, QEvent, QObject, QPoint, QSize, Qt, QTimer, Signal
 from python_qt_binding.QtGui import QKeySequence
-from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QShortcut, QWidget
+from python_qt_binding.QtWidgets import QApplication, QBoxLayout, QComboBox, QPushButton, QShortcut, QWidget
 
 from maya_ui import look
 from maya_ui.event_panel import EventPanel
@@ -41,6 +41,17 @@ FITS = 20
 
 CALM = frozenset({"2201", "2202"})
 """Codes of commands that a person ended: stopped, cancelled."""
+
+
+class _StillChoices(QObject):
+    """Keeps the wheel of the mouse from changing a choice: the widget around it scrolls instead."""
+
+    def eventFilter(self, watched: Any, event: Any) -> bool:  # noqa: N802 - Qt's name
+        """Leave turns of the wheel to the parent."""
+        if event.type() != QEvent.Wheel:
+            return False
+        event.ignore()
+        return True
 
 
 class _Ears(QObject):
@@ -79,6 +90,10 @@ class Dashboard(QWidget):
         self._content: Any = self.scroll_area.widget()
         self._content.installEventFilter(self)
         self._stop_by_key()
+        self._still = _StillChoices()
+        for choice in self.findChildren(QComboBox):
+            choice.setFocusPolicy(Qt.StrongFocus)  # the wheel would give it the focus
+            choice.installEventFilter(self._still)
         self._offer_languages()
         self.speak(language)
         self.stop.setFocus()
@@ -237,5 +252,12 @@ class Dashboard(QWidget):
         )
 
     def _refresh(self) -> None:
+        """Show what has changed. A button that had the focus and is disabled now leaves it to STOP.
+
+        Qt would give it to the next button, where a key that is pressed again would begin something else.
+        """
+        focused = self.focusWidget()
         for panel in (self._state, self._teleop, self._tasks, self.list):
             panel.refresh()
+        if isinstance(focused, QPushButton) and not focused.isEnabled():
+            self.stop.setFocus()
