@@ -223,6 +223,9 @@ def test_the_graph_names_nodes_types_and_hashes(peer: Stranger) -> None:
         package, form, own = kind.name.split("/")
         assert type_ == f"{package}::{form}::dds_::{own}_"
         assert f"typehash={kind.hash};" in data
+    announcing = [data for _, topic, _, data, *_ in ends.values() if topic == "ros_discovery_info"]
+    # ROS 2 Jazzy has this hash, and its tools warn of a writer without one
+    assert announcing == ["typehash=RIHS01_91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e;"]
     assert types.message_type("std_msgs/String").hash == (
         "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
     )

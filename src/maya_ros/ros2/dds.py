@@ -183,10 +183,8 @@ class DdsGraph:
         self._wait.attach(self._guard)
         self._reading = threading.Thread(target=self._read, name="DDS reading", daemon=True)
         info = message_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
-        quality = Quality(1, late=True)
-        self._info = DataWriter(
-            self._participant, Topic(self._participant, DISCOVERY, info.cls), _qos(quality, "") + Qos(_OURS)
-        )
+        qos = _qos(Quality(1, late=True), f"typehash={info.hash};") + Qos(_OURS)
+        self._info = DataWriter(self._participant, Topic(self._participant, DISCOVERY, info.cls), qos)
         self._described = info
 
     def publisher(self, node: str, topic: str, kind: SampleType, quality: Quality) -> SampleWriter:

@@ -119,10 +119,19 @@ def _service(name: str) -> tuple[SampleType, SampleType]:
 def _store() -> Typestore:
     """Return the definitions: those of Jazzy, and Maya's own messages as they are used."""
     store = get_typestore(Stores.ROS2_JAZZY)
+    for name, (constants, fields) in tuple(store.fielddefs.items()):
+        store.fielddefs[name] = constants, [(label, _without_char(node)) for label, node in fields]
     for file in sorted(_DEFINITIONS.glob("*/msg/*.msg")):
         name = f"{file.parent.parent.name}/msg/{file.stem}"
         store.register(get_types_from_msg(file.read_text(encoding="utf-8"), name))
     return store
+
+
+def _without_char(node: Any) -> Any:
+    """Return the definition of a field with uint8 in place of char, as ROS 2 hashes it; the library hashes char."""
+    if node == ("char", 0):
+        return "uint8", 0
+    return tuple(_without_char(part) for part in node) if isinstance(node, tuple) else node
 
 
 def _register(name: str, text: str) -> None:
