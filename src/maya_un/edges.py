@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import AbstractAsyncContextManager
 from importlib.metadata import entry_points
@@ -10,9 +11,10 @@ from socket import socket
 from types import MappingProxyType
 from typing import NamedTuple, Protocol, cast
 
+from dmc41x3.i18n import phrase
 from maya_un.assembly import Stack
 from maya_un.config import Config
-from maya_un.errors import EdgeNotInstalled
+from maya_un.errors import EdgeNotInstalled, InvalidValue
 from maya_un.http.bridge import Bridge
 from maya_un.http.origins import OriginPolicy
 
@@ -25,6 +27,31 @@ class Ros2Options(NamedTuple):
     domain: int
     namespace: str = ""
     remappings: Mapping[str, str] = MappingProxyType({})
+
+
+LAST_DOMAIN = 232
+"""The last domain of DDS whose ports exist."""
+
+ROS_NAME = "/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*"
+"""The pattern of a name of ROS."""
+
+DOMAIN = "ROS_DOMAIN_ID"
+"""The environment variable with the domain, as in every program of ROS 2."""
+
+
+def ros2_domain(text: str, key: str = DOMAIN) -> int:
+    """Return the domain that `text` names; raises `InvalidValue` of `key`."""
+    if not (text.isascii() and text.isdecimal()) or int(text) > LAST_DOMAIN:
+        reason = phrase("it must be a number from 0 to {last}", last=LAST_DOMAIN)
+        raise InvalidValue(key=key, value=text, reason=reason)
+    return int(text)
+
+
+def ros2_namespace(text: str, key: str) -> str:
+    """Return `text` if it is a namespace; raises `InvalidValue` of `key`."""
+    if not re.fullmatch(rf"({ROS_NAME})?/?", text):
+        raise InvalidValue(key=key, value=text, reason="it must be names with slashes between them")
+    return text
 
 
 class EndpointOptions(NamedTuple):

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from dmc41x3.address import SIM, parse
 from dmc41x3.cli.signals import on_end
-from dmc41x3.i18n import marked, phrase, translate
+from dmc41x3.i18n import marked, translate
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
@@ -274,9 +274,6 @@ async def _come_to_rest(running: Stack) -> None:
 ROSBRIDGE_PORT = 9090
 """The default port of rosbridge."""
 
-LAST_DOMAIN = 232
-"""The last domain of DDS whose ports exist."""
-
 MEMORY = "memory"
 """The name of the journal in memory."""
 
@@ -378,30 +375,22 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
     return output.DONE
 
 
-_ROS_NAME = "/?[A-Za-z_][A-Za-z0-9_]*(?:/[A-Za-z_][A-Za-z0-9_]*)*"
-
-
 def ros2_of(namespace: str, remaps: Sequence[str] = ()) -> Ros2Options:
     """Return the domain that $ROS_DOMAIN_ID names, 0 without it, a namespace, and remappings like "/tf:=/left/tf".
 
     Raises `InvalidValue`.
     """
-    from maya_un.edges import Ros2Options
+    from maya_un.edges import DOMAIN, ROS_NAME, Ros2Options, ros2_domain, ros2_namespace
 
-    text = os.environ.get("ROS_DOMAIN_ID") or "0"
-    if not (text.isascii() and text.isdecimal()) or int(text) > LAST_DOMAIN:
-        raise InvalidValue(
-            key="ROS_DOMAIN_ID", value=text, reason=phrase("it must be a number from 0 to {last}", last=LAST_DOMAIN)
-        )
-    if not re.fullmatch(rf"({_ROS_NAME})?/?", namespace):
-        raise InvalidValue(key="--ros-namespace", value=namespace, reason="it must be names with slashes between them")
+    domain = ros2_domain(os.environ.get(DOMAIN) or "0")
+    ros2_namespace(namespace, "--ros-namespace")
     remappings: dict[str, str] = {}
     for remap in remaps:
-        found = re.fullmatch(rf"({_ROS_NAME}):=({_ROS_NAME})", remap)
+        found = re.fullmatch(rf"({ROS_NAME}):=({ROS_NAME})", remap)
         if found is None:
             raise InvalidValue(key="--ros-remap", value=remap, reason="it must be two names of ROS, FROM:=TO")
         remappings["/" + found[1].strip("/")] = found[2]
-    return Ros2Options(int(text), namespace, remappings)
+    return Ros2Options(domain, namespace, remappings)
 
 
 def journal_file(named: str | None) -> Path | None:
