@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -27,6 +27,7 @@ from maya_un.http.thread import served
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.service.access.operations import Role
 from maya_un.service.access.users import FileStore
+from maya_un.values import Point
 from tests.calm import CALM
 
 T = TypeVar("T")
@@ -73,18 +74,27 @@ class _Kind(NamedTuple):
     homed: bool
     speed: float
     ros2: Ros2Options | None
+    parts: Mapping[str, Point]
 
 
 @contextmanager
 def shared_robot(
-    state: Path, *, users: bool, ros2: Ros2Options | None = None, speed: float = SPEED, homed: bool = True
+    state: Path,
+    *,
+    users: bool,
+    ros2: Ros2Options | None = None,
+    speed: float = SPEED,
+    homed: bool = True,
+    parts: Mapping[str, Point] | None = None,
 ) -> Iterator[SharedRobot]:
     """Keep a robot running while the block runs, its journal in the folder `state`; with `users` of each role.
 
-    With `ros2` it is in a graph of ROS 2 too. `speed` is the speed of its clock.
+    With `ros2` it is in a graph of ROS 2 too. `speed` is the speed of its clock. `parts` stand on its table.
     """
     started: Future[SharedRobot] = Future()
-    thread = threading.Thread(target=_run, args=(state, _Kind(users, homed, speed, ros2), started), name="shared robot")
+    thread = threading.Thread(
+        target=_run, args=(state, _Kind(users, homed, speed, ros2, parts or {}), started), name="shared robot"
+    )
     thread.start()
     robot = started.result(60.0)
     try:
@@ -109,7 +119,9 @@ async def _serve(state: Path, kind: _Kind, started: Future[SharedRobot]) -> None
     file = state / "maya.db"
     journal = await SqliteJournal.open(file)
     try:
-        async with stack(CALM, speed=kind.speed, journal=journal, calendar=dates, users=FileStore(file)) as running:
+        async with stack(
+            CALM, parts=kind.parts, speed=kind.speed, journal=journal, calendar=dates, users=FileStore(file)
+        ) as running:
             gate, callers = running.gate, running.entrance.callers
             bridge = Bridge(loop, running.service, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 from collections.abc import AsyncIterator
 from contextlib import AsyncExitStack, asynccontextmanager
 
 from maya_ros.graph import urdf
-from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import CLOCK
-from maya_ros.ros1.rights import token_of_graph
+from maya_ros.ros1.rights import graph_guest
+from maya_ros.ros2 import needed
 from maya_ros.rosbridge import standalone
 from maya_ros.rosbridge.standalone import configured
 from maya_un.assembly import Stack
 from maya_un.edges import EndpointOptions, Ros2Options
-from maya_un.errors import MayaError, Ros2Missing
 from maya_un.http import dates
 from maya_un.http.bridge import Bridge
 
 __all__ = ["configured", "endpoint"]
-
-_log = logging.getLogger("maya_ros.edge")
 
 
 @asynccontextmanager
@@ -52,17 +48,20 @@ async def in_ros2(
 
     `scaled` is whether the clock of the stack is not real time.
     """
-    try:
+    with needed():
         # an extra, and 10 MB that rosbridge does not need
-        from maya_ros.ros2.edge import dds_serving  # noqa: PLC0415
+        from maya_ros.ros2.edge import NODE, dds_serving  # noqa: PLC0415
         from maya_ros.ros2.standard import RobotInterface  # noqa: PLC0415
 
         description = await asyncio.to_thread(urdf.describe, stack.config)
-    except ImportError as missing:
-        raise Ros2Missing(name=str(missing.name)) from missing
     robot = RobotInterface(description, stack.controller.preview, lambda: stack.controller.state.joints, scaled)
-    async with _signed_in(bridge) as guest, dds_serving(bus, guest, options, robot):
-        yield
+    async with graph_guest(bridge, NODE) as guest:
+        node = bus.node(NODE, lambda: guest.caller)
+        try:
+            async with dds_serving(node, guest, options, bus.now, robot):
+                yield
+        finally:
+            node.close()
 
 
 @asynccontextmanager
@@ -87,28 +86,3 @@ async def scaled_clock(bridge: Bridge, speed: float) -> AsyncIterator[Clock]:
     finally:
         noting.cancel()
         await asyncio.gather(noting, return_exceptions=True)
-
-
-@asynccontextmanager
-async def _signed_in(bridge: Bridge) -> AsyncIterator[Guest]:
-    """Yield the guest that all programs of ROS 2 are; the rights of the graph's token follow each change."""
-    guest, token = Guest("ros2"), token_of_graph() or None
-    news = asyncio.Event()
-    news.set()
-
-    async def follow() -> None:
-        while await news.wait():
-            news.clear()
-            try:
-                await guest.introduce(bridge, token)
-            except MayaError as refusal:
-                _log.warning("programs of ROS 2 may only stop the robot: %s %s", refusal.code, refusal)
-
-    end = bridge.heard_by(news.set)
-    following = asyncio.create_task(follow(), name="rights of ROS 2")
-    try:
-        yield guest
-    finally:
-        end()
-        following.cancel()
-        await asyncio.gather(following, return_exceptions=True)

@@ -6,14 +6,12 @@ import asyncio
 import json
 import logging
 import os
-import random
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
 from math import cos, dist, sin
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -28,7 +26,7 @@ from maya_ros.graph.bus import Bus
 from maya_ros.graph.table import CLOCK, ROS2_TABLE, TABLE, Kind
 from maya_ros.graph.urdf import BASE, GRIPPER, NAMES
 from maya_ros.ros2 import types
-from maya_ros.ros2.edge import dds_serving
+from maya_ros.ros2.edge import NODE, dds_serving
 from maya_un.assembly import Stack
 from maya_un.edges import Ros2Options
 from maya_un.errors import Ros2NotJoined
@@ -40,85 +38,29 @@ from tests.campaign import Campaign
 from tests.description import Tree
 from tests.shared_robot import SharedRobot, shared_robot
 from tests.system.processes import running
+from tests.system.strangers import LOOPBACK, Stranger, own_domain, stranger
 from tests.waiting import eventually
 
 pytestmark = pytest.mark.system
 
 HERE, THERE = (0.41, 1.13, 0.5), (1.18, 0.21, 0.5)
+TABLE_HERE, TABLE_THERE = Point(0.5, 1.2, 0.4), Point(0.9, 0.9, 0.4)
+"""Two places for the part."""
 NEAR = 2e-3
 SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
-
-LOOPBACK = """<CycloneDDS><Domain>
-<General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General>
-<Discovery><LeaseDuration>2s</LeaseDuration>
-<ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
-</Domain></CycloneDDS>"""
-"""Nothing leaves this machine."""
-
-PEER = Path(__file__).with_name("ros2_peer.py")
-
-
-class Stranger:
-    """A program with a DDS of its own."""
-
-    def __init__(self, process: subprocess.Popen[str]) -> None:
-        self.process = process
-
-    def ask(self, do: str, **values: Any) -> Any:
-        """Have it do something, and return what it says."""
-        answer = self.begin(do, **values)
-        return answer()
-
-    def begin(self, do: str, **values: Any) -> Any:
-        """Have it do something, and return what waits for the answer."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        out = self.process.stdout
-        self.process.stdin.write(json.dumps({"do": do, **values}) + "\n")
-        self.process.stdin.flush()
-
-        def said() -> Any:
-            answer = json.loads(out.readline())
-            assert "error" not in answer, answer
-            return answer
-
-        return said
-
-    def carry_out(self, command: str, **task: Any) -> Any:
-        """Send a goal, and return its result."""
-        sent = self.ask("send", task={"command": command, **task})
-        assert sent["accepted"]
-        return self.ask("result", id=sent["id"])
-
-
-@contextmanager
-def stranger(domain: int, namespace: str = "") -> Iterator[Stranger]:
-    process = subprocess.Popen(
-        [sys.executable, str(PEER), *([namespace] if namespace else [])],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "ROS_DOMAIN_ID": str(domain)},
-    )
-    with process:
-        try:
-            yield Stranger(process)
-        finally:
-            assert process.stdin is not None
-            process.stdin.close()
-            process.wait(30.0)
 
 
 @pytest.fixture(scope="module")
 def domain() -> Iterator[int]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CYCLONEDDS_URI", LOOPBACK)
-        yield random.Random(os.getpid()).randrange(100, 230)
+        yield own_domain()
 
 
 @pytest.fixture(scope="module")
 def robot(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SharedRobot]:
-    with shared_robot(tmp_path_factory.mktemp("ros2"), users=False, ros2=Ros2Options(domain)) as shared:
+    parts = {"part": TABLE_HERE}
+    with shared_robot(tmp_path_factory.mktemp("ros2"), users=False, ros2=Ros2Options(domain), parts=parts) as shared:
         yield shared
 
 
@@ -158,12 +100,70 @@ def test_every_interface_moves_the_robot(peer: Stranger, robot: SharedRobot) -> 
     assert answer == {"success": True, "code": "", "message": ""}
     assert at(robot, THERE)
 
+    approach_by_topic(peer, robot, HERE)
+
+
+def approach_by_topic(peer: Stranger, robot: SharedRobot, place: tuple[float, float, float]) -> None:
+    """Send it again until it moves the robot: a reader may not know the writer yet, and a busy robot refuses."""
+
     def published() -> bool:
-        """Send it again until it moves the robot: a reader may not know the writer yet, and a busy robot refuses."""
-        peer.ask("publish", topic="/maya_move", task={"command": "approach", "target": HERE})
-        return at(robot, HERE)
+        peer.ask("publish", topic="/maya_move", task={"command": "approach", "target": place})
+        return at(robot, place)
 
     eventually(published, "the robot is moved by a topic")
+    eventually(lambda: not busy(peer), "the end of the motion")
+
+
+class PartSeen(NamedTuple):
+    """The part by the mechanics' record: its place [m], whether it is held, and how often a part fell."""
+
+    place: Point
+    held: bool
+    drops: int
+
+
+def part_of(robot: SharedRobot) -> PartSeen:
+    async def looked(stack: Stack) -> PartSeen:
+        assert stack.twin is not None
+        stack.twin.controller.sync()
+        record = stack.twin.mechanics.record
+        return PartSeen(Point(*record.parts["part"]), record.carried is not None, len(record.drops))
+
+    return robot.do(looked)
+
+
+def by_topic(peer: Stranger, robot: SharedRobot, command: str, place: Point) -> None:
+    """Publish it once: after the approach, the reader knows the writer."""
+    approach_by_topic(peer, robot, (*place[:2], HERE[2]))
+    peer.ask("publish", topic="/maya_move", task={"command": command, "target": place})
+    eventually(lambda: part_of(robot).held == (command == "pick") and not busy(peer), f"the end of {command}")
+
+
+def by_service(peer: Stranger, _: SharedRobot, command: str, place: Point) -> None:
+    assert peer.ask("command", task={"command": command, "target": place})["success"]
+
+
+def by_action(peer: Stranger, _: SharedRobot, command: str, place: Point) -> None:
+    assert peer.carry_out(command, target=place)["success"]
+
+
+def busy(peer: Stranger) -> bool:
+    return not peer.ask("command", task={"command": "can_teleop"})["success"]
+
+
+@pytest.mark.waits("motions of a robot whose clock runs at 250 times real speed, as DDS lives in real time")
+@pytest.mark.parametrize("way", [by_topic, by_service, by_action])
+def test_a_part_is_picked_and_placed(
+    way: Callable[[Stranger, SharedRobot, str, Point], None], peer: Stranger, robot: SharedRobot
+) -> None:
+    lies = part_of(robot).place
+    place = TABLE_THERE if dist(lies, TABLE_HERE) < NEAR else TABLE_HERE
+    way(peer, robot, "pick", lies)
+    assert part_of(robot).held
+    way(peer, robot, "place", place)
+    seen = part_of(robot)
+    assert dist(seen.place, place) < NEAR
+    assert (seen.held, seen.drops) == (False, 0)
 
 
 def test_goals_that_cannot_be_reached_are_rejected_with_the_reason_of_the_service(
@@ -586,6 +586,7 @@ def test_nodes_of_a_killed_program_disappear(domain: int, tmp_path: Path, monkey
 
 async def test_dds_that_does_not_start_is_an_error_with_the_domain(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLONEDDS_URI", "<nonsense>")
+    bus = Bus()
     with pytest.raises(Ros2NotJoined, match="of domain 231: DDS did not start"):
-        async with dds_serving(Bus(), Guest(), Ros2Options(231)):
+        async with dds_serving(bus.node(NODE), Guest(), Ros2Options(231), bus.now):
             pass

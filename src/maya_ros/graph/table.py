@@ -55,6 +55,11 @@ class Row:
     manual: bool = True
     asks: Operation | None = None
 
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The nodes that offer the row, by the manual."""
+        return self.sinks if self.heard else self.sources
+
 
 HARDWARE = ("hw_simulator", "hardware_interface")
 SENSOR = ("hw_simulator", "sensor_converter")
@@ -221,6 +226,9 @@ TABLE = (
     OUTPUT, CALL_OPERATION,
 )  # fmt: skip
 """The whole graph: first the names of the manual, then the additions."""
+
+NODES = tuple(dict.fromkeys(name for row in TABLE for name in row.nodes))
+"""All nodes that offer something of the graph."""
 
 MODEL = "robot_state_publisher"
 """The node of ROS 2 that shows the robot's model, under the name of the program that does so elsewhere."""

@@ -7,6 +7,7 @@ set it. Users are read from the state folder, whichever process writes them.
 from __future__ import annotations
 
 import asyncio
+import logging
 import os
 from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import asynccontextmanager
@@ -14,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from dmc41x3.i18n import phrase
+from maya_ros.graph.access import Guest, TokenChecker
 from maya_un import credentials
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import FileUnreadable, MayaError, NotSignedIn
@@ -28,6 +30,8 @@ TOKEN_FILE = "MAYA_GRAPH_TOKEN_FILE"
 
 LOOK_AGAIN = 1.0
 """Period of the check whether users have changed [s, real time]."""
+
+_log = logging.getLogger("maya_ros.graph")
 
 _NOBODY = replace(BYSTANDER, name=ROS.name, source=ROS.source)
 _NO_TOKEN = phrase(
@@ -173,6 +177,34 @@ async def rights_of_node(speed: float) -> AsyncGenerator[GraphRights]:
     """Yield the rights of the graph for a node that stores no users; raises as `looked` and `graph_rights` do."""
     async with looked(speed) as users, graph_rights(users.callers) as rights:
         yield rights
+
+
+@asynccontextmanager
+async def graph_guest(users: TokenChecker, source: str) -> AsyncGenerator[Guest]:
+    """Yield the guest that all clients of an edge without sign-in are; its rights are those of the graph's token.
+
+    They follow each change of users and tokens while the block runs. Raises `FileUnreadable` as `graph_rights` does.
+    """
+    guest, token = Guest(source), token_of_graph() or None
+    news = asyncio.Event()
+    news.set()
+
+    async def follow() -> None:
+        while await news.wait():
+            news.clear()
+            try:
+                await guest.introduce(users, token)
+            except MayaError as refusal:
+                _log.warning("clients of %s may only stop the robot: %s %s", source, refusal.code, refusal)
+
+    end = users.heard_by(news.set)
+    following = asyncio.create_task(follow(), name=f"rights of {source}")
+    try:
+        yield guest
+    finally:
+        end()
+        following.cancel()
+        await asyncio.gather(following, return_exceptions=True)
 
 
 def token_of_graph() -> str:

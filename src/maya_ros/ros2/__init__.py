@@ -4,3 +4,19 @@ names   names and qualities     types   the ROS 2 form of every type of the grap
 dds     nodes, endpoints and discovery, as rmw_cyclonedds makes them
 edge    topics, services and actions of one robot
 """
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from maya_un.errors import Ros2Missing
+
+
+@contextmanager
+def needed() -> Iterator[None]:
+    """Raise `Ros2Missing` if the block imports a package that is not installed."""
+    try:
+        yield
+    except ImportError as missing:
+        raise Ros2Missing(name=str(missing.name)) from missing

@@ -164,7 +164,7 @@ class DdsGraph:
     """The part of a ROS 2 graph that this process holds: nodes with their endpoints in one namespace and domain.
 
     A name that `remappings` has is replaced: by a name in the namespace, or by a whole one that begins with a slash.
-    Endpoints are added before `start`, which announces them. The reading thread calls what hears a sample.
+    Endpoints may be added at any time; `announce` follows. The reading thread calls what hears a sample.
     """
 
     def __init__(self, domain: int, namespace: str = "", remappings: Mapping[str, str] | None = None) -> None:
@@ -208,7 +208,11 @@ class DdsGraph:
         return writer
 
     def start(self) -> None:
-        """Announce all nodes, and begin to read."""
+        """Begin to read."""
+        self._reading.start()
+
+    def announce(self) -> None:
+        """Tell the graph which nodes there are, with their endpoints."""
         gid = self._participant.guid.bytes
         nodes = [
             {
@@ -220,7 +224,6 @@ class DdsGraph:
             for name, node in self._nodes.items()
         ]
         self._info.write(self._described.sample({"gid": {"data": list(gid)}, "node_entities_info_seq": nodes}))
-        self._reading.start()
 
     def close(self) -> None:
         """Take no more samples, write what is queued, and leave the graph: its nodes vanish at once."""
@@ -259,8 +262,8 @@ class DdsGraph:
         )
         self._nodes.setdefault(node, _Node()).readers.append(raw.guid.bytes)
         ready = ReadCondition(raw, SampleState.Any | ViewState.Any | InstanceState.Any)
-        self._wait.attach(ready)
         self._heard.append((raw, ready, heard))
+        self._wait.attach(ready)
 
     def _read(self) -> None:
         """Take samples one by one, so that a malformed one disturbs no other."""

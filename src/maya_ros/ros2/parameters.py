@@ -62,7 +62,8 @@ class Parameters:
     async def _values(self) -> Mapping[str, Any]:
         known = dict(await self._graph.parameters.get("/maya", {}))
         settings = {f"{CONFIG}{name}": value for name, value in flat(known.pop("config", {})).items()}
-        return {**settings, **known, "use_sim_time": self._sim_time}
+        single = {name: value for name, value in known.items() if not isinstance(value, Mapping)}
+        return {**settings, **single, "use_sim_time": self._sim_time}
 
     async def _set(self, parameters: Sequence[Message]) -> Message:
         """Write settings for the next start, all or none."""

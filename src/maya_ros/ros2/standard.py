@@ -8,16 +8,13 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-from maya_ros.graph.bus import Bus
 from maya_ros.graph.conversions import MotionPreviewer
-from maya_ros.graph.protocol import Graph, Message, Stamp, in_seconds
+from maya_ros.graph.protocol import Graph, GraphHandle, Message, Stamp, in_seconds
 from maya_ros.graph.table import (
     CLOCK,
     DESCRIPTION,
-    FOLLOW,
     FOLLOW_JOINTS,
     JOINTS,
-    MODEL,
     PROGRAM,
     ROSOUT,
     TF,
@@ -38,7 +35,7 @@ LONGEST = 4096
 
 
 class RobotInterface(NamedTuple):
-    """The parts of a robot that are not on the bus: its description (URDF), the check of its motions, and its joints.
+    """The parts of a robot that are not in the graph: its description (URDF), the check of its motions, and its joints.
 
     `joints` returns them as they are now, None before homing. `scaled` is whether its clock is not real time.
     """
@@ -50,46 +47,55 @@ class RobotInterface(NamedTuple):
 
 
 class StandardInterfaces:
-    """The interfaces of one robot; `graph` is that of the programs of ROS 2, with their rights."""
+    """The interfaces of one robot.
 
-    def __init__(self, bus: Bus, graph: Graph, dds: DdsGraph, server: ServiceServer, robot: RobotInterface) -> None:
-        self._bus = bus
+    `restricted` is `graph` with the rights of the programs of ROS 2; `hardware` is the node of the controller layer.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        restricted: Graph,
+        dds: DdsGraph,
+        server: ServiceServer,
+        robot: RobotInterface,
+        hardware: str,
+    ) -> None:
         self._dds = dds
-        self._node = bus.node(MODEL)
-        self._show(FrameTree(robot.description), robot.description)
-        parameters = Parameters(graph, sim_time=robot.scaled)
+        self._now = server.now
+        self._frames = self._show(graph, FrameTree(robot.description), robot.description)
+        parameters = Parameters(restricted, sim_time=robot.scaled)
         for name, kind in PARAMETER_SERVICES.items():
             kinds = types.service_types(f"rcl_interfaces/{kind}")
             server.serve(PROGRAM, f"/{PROGRAM}/{name}", kinds, "", partial(parameters.answer, name))
         if robot.scaled:
             server.spawn(self._tick(self._publisher(CLOCK)))
         self._trajectories = JointTrajectories(
-            graph, self._node, robot.preview, robot.joints, lambda: in_seconds(bus.now())
+            restricted, graph, robot.preview, robot.joints, lambda: in_seconds(server.now())
         )
-        node = bus.actions[FOLLOW.name].node.name.strip("/")
-        ActionServer(server, FOLLOW_JOINTS, node, dds, self._trajectories.carry_out)
-        self._log = RosoutHandler(self._publisher(ROSOUT), bus.now)
+        ActionServer(server, FOLLOW_JOINTS, hardware, dds, self._trajectories.carry_out)
+        self._log = RosoutHandler(self._publisher(ROSOUT), server.now)
         logging.getLogger().addHandler(self._log)
 
     def close(self) -> None:
         """Publish nothing more."""
         logging.getLogger().removeHandler(self._log)
         self._trajectories.close()
-        self._node.close()
+        self._frames.close()
 
-    def _show(self, frames: FrameTree, description: str) -> None:
+    def _show(self, graph: Graph, frames: FrameTree, description: str) -> GraphHandle:
         self._publisher(DESCRIPTION).send({"data": description})
-        self._publisher(TF_STATIC).send(frames.fixed(self._bus.now()))
+        self._publisher(TF_STATIC).send(frames.fixed(self._now()))
         moving = self._publisher(TF)
 
-        def hear(message: Message, _: object) -> None:
+        def hear(message: Message) -> None:
             moving.send_made(lambda: frames.moving(message))
 
-        self._bus.topics.listen(JOINTS.name, JOINTS.type, hear, self._node, JOINTS.queue_size)
+        return graph.subscribe(JOINTS.name, JOINTS.type, hear, queue_size=JOINTS.queue_size)
 
     async def _tick(self, clock: SampleWriter) -> None:
         while True:
-            clock.send({"clock": self._bus.now()})
+            clock.send({"clock": self._now()})
             await asyncio.sleep(1.0 / CLOCK.rate)
 
     def _publisher(self, row: Row) -> SampleWriter:
