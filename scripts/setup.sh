@@ -268,6 +268,15 @@ provide_ros() {
     origin "$venv_ros" "$root/pyproject.toml" "$root/requirements.lock" >"$venv_ros/stamp"
 }
 
+# provide_dds: what the node ros2 needs beside that: an extra, which .venv-ros has for the tests; there is none for ARM.
+provide_dds() {
+    [ "$(uname -m)" = x86_64 ] && ! "$venv_ros/bin/python" -c 'import cyclonedds' 2>/dev/null || return 0
+    pip="$venv_ros/bin/python -m pip --disable-pip-version-check --quiet"
+    name_certificates
+    sed -n '/^cyclonedds==/,/[^\\]$/p' "$root/requirements-dev.lock" >"$venv_ros/dds.lock"
+    $pip install --require-hashes --only-binary :all: --no-deps -r "$venv_ros/dds.lock"
+}
+
 # offer_rqt: ask at a terminal whether to install rqt with the plugins of the dashboard's perspective; elsewhere, and
 # where no package has it, say so. Its packages, which no Debian or Ubuntu has of its own, are called as ROS calls them.
 offer_rqt() {

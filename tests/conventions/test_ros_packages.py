@@ -33,13 +33,13 @@ ARGUMENTS = {
     },
     "maya_robot/launch/robot.launch": COMMON,
     "maya_process/launch/process.launch": {
-        **COMMON, "core_debug": "true", "custom_gui": "true", "skip_firebase": "false",
+        **COMMON, "core_debug": "true", "custom_gui": "true", "skip_firebase": "false", "ros2": "false",
     },
 }  # fmt: skip
-"""The manual's arguments and defaults, by launch file."""
+"""The manual's arguments and defaults, by launch file, and `ros2`."""
 NODES = {
     "hw_simulator", "hardware_interface", "sensor_converter", "robot_controller", "primitive_server",
-    "process_controller", "firebase_bridge", "rosbridge",
+    "process_controller", "firebase_bridge", "rosbridge", "ros2",
 }  # fmt: skip
 MANUAL = {
     "/maya_event": "std_msgs/String", "/maya_move": "maya_robot/MayaPrimitive",

@@ -24,7 +24,7 @@ PACKAGES = {CONTROLLER: "maya_controller", ROBOT: "maya_robot", PROCESS: "maya_p
 SWITCHES = {
     CONTROLLER: ("gui", "core_debug", "sim_mode", "skip_home"),
     ROBOT: ("core_debug", "sim_mode", "skip_home"),
-    PROCESS: ("core_debug", "sim_mode", "skip_home", "custom_gui", "skip_firebase"),
+    PROCESS: ("core_debug", "sim_mode", "skip_home", "custom_gui", "skip_firebase", "ros2"),
 }
 """The arguments that are true or false."""
 LAYERS = {
@@ -71,6 +71,7 @@ def expected(file: str, choice: Mapping[str, bool]) -> set[str]:
     if file == PROCESS:
         nodes |= {"maya_dashboard"} if choice.get("custom_gui", True) else set()
         nodes |= set() if choice.get("skip_firebase", False) else {"ros_coms"}
+        nodes |= {"ros2"} if choice.get("ros2", False) else set()
     return nodes
 
 

@@ -24,6 +24,7 @@ pytestmark = pytest.mark.system
         ("maya_process", "process_controller", "-h", "http_port"),
         ("maya_process", "firebase_bridge", "-h", "/step_result"),
         ("maya_process", "rosbridge", "-h", "origins"),
+        ("maya_process", "ros2", "-h", "cyclonedds"),
     ],
 )
 def test_help_describes_the_node(workspace: Workspace, package: str, node: str, word: str, told: str) -> None:

@@ -7,6 +7,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from maya_ros.graph.protocol import GoalStatus
 from tests.ros.driver_client import RefusedError
 from tests.ros.harness import Ros, places
 from tests.ros.launched_layers import DONE, LaunchedLayers, launched_layers, primitive
+from tests.ros.ros2_node import ros2_node
 from tests.ros.workspace import Workspace, clean_environment
 from tests.rosbridge_clients import web
 
@@ -75,6 +77,17 @@ def test_graph_without_a_token_looks_and_stops_and_nothing_else(tmp_path: Path, 
         assert "homing" not in robot.words(before)
         assert robot.told[1]["homed"] is False
         asyncio.run(rosbridge_needs_a_token(robot, token))
+        if find_spec("cyclonedds") is not None:
+            ros_2_may_only_stop(robot)
+
+
+def ros_2_may_only_stop(robot: LaunchedLayers) -> None:
+    """Check that programs of ROS 2 have the rights of this graph."""
+    with ros2_node(robot.ros) as (_, peer):
+        assert peer.ask("command", task={"command": "can_teleop"})["code"] == NOT_SIGNED_IN
+        assert peer.ask("send", task={"command": "home"})["accepted"] is False
+        assert peer.ask("trigger", service="/controller/recover")["message"].startswith(f"{NOT_SIGNED_IN}: ")
+        assert peer.ask("trigger", service="/controller/stop")["success"]
 
 
 async def rosbridge_needs_a_token(robot: LaunchedLayers, token: str) -> None:

@@ -29,7 +29,7 @@ LAUNCH: Mapping[str, frozenset[str]] = MappingProxyType(
         ),
         "maya_robot/robot.launch": frozenset({"core_debug", "sim_mode", "skip_home", "address", "speed", "ns"}),
         "maya_process/process.launch": frozenset(
-            {"core_debug", "sim_mode", "skip_home", "custom_gui", "skip_firebase", "address", "speed", "ns"}
+            {"core_debug", "sim_mode", "skip_home", "custom_gui", "skip_firebase", "address", "speed", "ros2", "ns"}
         ),
     }
 )
@@ -43,7 +43,8 @@ PROGRAMS: Mapping[str, frozenset[str]] = MappingProxyType(
         }),
         "maya_robot": frozenset({"primitive_server.py", "robot_controller.py"}),
         "maya_process": frozenset({
-            "firebase_bridge.py", "process_controller.py", "ros_coms.py", "rosbridge.py", "firebase_coms_launcher.sh",
+            "firebase_bridge.py", "process_controller.py", "ros_coms.py", "ros2.py", "rosbridge.py",
+            "firebase_coms_launcher.sh",
         }),
         "maya_ui": frozenset({"maya_ui.py"}),
     }

@@ -31,10 +31,10 @@ import rosgraph
 import rospy
 from rospy.impl.rosout import RosOutHandler
 
+import maya_ros
 from dmc41x3.i18n import phrase
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop
-from maya_ros import graph
 from maya_ros.ros1.graph import RosGraph
 from maya_ros.ros1.master import (
     NO_ANSWER,
@@ -248,7 +248,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         rospy.init_node(name, disable_signals=True)
         write_in_thread()
         rospy.on_shutdown(ending.ask_and_wait)
-        logging.getLogger(graph.__name__).addHandler(_Shown(logging.WARNING))
+        logging.getLogger(maya_ros.__name__).addHandler(_Shown(logging.WARNING))
         speed, serve = _clocked(serve) if scaled else (1.0, serve)
         with asyncio.Runner(loop_factory=lambda: ScaledLoop(speed)) as runner:
             return runner.run(_live(serve, ending, speed))
@@ -259,7 +259,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
 
 
 class _Shown(logging.Handler):
-    """Writes warnings of the graph, such as a refused command on a topic, to the node's log."""
+    """Writes warnings of this project, such as a refused command on a topic, to the node's log."""
 
     def emit(self, record: logging.LogRecord) -> None:
         rospy.logwarn("%s", record.getMessage())
