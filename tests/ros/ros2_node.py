@@ -13,14 +13,13 @@ from tests.system.strangers import LOOPBACK, Stranger, own_domain, stranger
 
 
 @contextmanager
-def ros2_node(ros: Ros) -> Iterator[tuple[Program, Stranger]]:
-    """Run the node, and a program of ROS 2, while the block runs."""
-    domain = own_domain()
+def ros2_node(ros: Ros, name: str = "ros2") -> Iterator[tuple[Program, Stranger]]:
+    """Run the node under a name of ROS 1, and a program of ROS 2, while the block runs; other names do not meet."""
+    domain = own_domain() - len(name)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CYCLONEDDS_URI", LOOPBACK)
-        command = ("rosrun", "maya_process", "ros2.py", f"_domain:={domain}")
+        command = ("rosrun", "maya_process", "ros2.py", f"__name:={name}", f"_domain:={domain}")
         node = ros.start(*command, environment={"CYCLONEDDS_URI": LOOPBACK})
         node.until(f"domain {domain} of ROS 2")
         with stranger(domain) as peer:
             yield node, peer
-        assert node.end() == 0

@@ -31,8 +31,9 @@ BETWEEN = (0.7, 1.05, 0.5)
 
 @pytest.fixture(scope="module")
 def peer(shared: LaunchedLayers) -> Iterator[Stranger]:
-    with ros2_node(shared.ros) as (_, found):
+    with ros2_node(shared.ros) as (node, found):
         yield found
+        assert node.end() == 0
 
 
 class Rosbridge:
@@ -202,6 +203,17 @@ def test_the_part_is_moved_from_ros_2(robot: LaunchedLayers, peer: Stranger) -> 
     for command, place in (("pick", lies), ("place", there)):
         assert peer.carry_out(command, target=place)["success"]
     assert near(robot.twin()["parts"]["part"], there)
+
+
+def test_with_a_killed_node_the_motion_that_it_began_ends(robot: LaunchedLayers) -> None:
+    with ros2_node(robot.ros, "mortal") as (_, peer):
+        robot.at_speed(SLOW)
+        before = robot.mark()
+        assert peer.ask("send", task={"command": "approach", "target": robot.away()})["accepted"]
+        robot.until_told("moving", before)
+        robot.kill("/mortal")
+        robot.until_told("stopped", before)
+    robot.at_rest()
 
 
 def test_without_the_package_the_node_says_what_to_install(robot: LaunchedLayers, tmp_path: Path) -> None:
