@@ -23,7 +23,7 @@ pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 
 from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
-from maya_ros.graph.table import CLOCK, ROS2_TABLE, TABLE, Kind
+from maya_ros.graph.table import CLOCK, JOINTS, ROS2_TABLE, TABLE, Kind
 from maya_ros.graph.urdf import BASE, GRIPPER, NAMES
 from maya_ros.ros2 import types
 from maya_ros.ros2.edge import NODE, dds_serving
@@ -39,7 +39,7 @@ from tests.description import Tree
 from tests.shared_robot import SharedRobot, shared_robot
 from tests.system.processes import running
 from tests.system.strangers import LOOPBACK, Stranger, own_domain, stranger
-from tests.waiting import eventually
+from tests.waiting import eventually, until
 
 pytestmark = pytest.mark.system
 
@@ -590,3 +590,20 @@ async def test_dds_that_does_not_start_is_an_error_with_the_domain(monkeypatch: 
     with pytest.raises(Ros2NotJoined, match="of domain 231: DDS did not start"):
         async with dds_serving(bus.node(NODE), Guest(), Ros2Options(231), bus.now):
             pass
+
+
+async def test_a_topic_of_measurements_is_followed_only_while_somebody_reads(domain: int) -> None:
+    bus = Bus()
+    joints = bus.node("hw_simulator").advertise(JOINTS.name, JOINTS.type)
+    heard: list[Any] = []
+    async with dds_serving(bus.node(NODE), Guest(), Ros2Options(domain, "followed"), bus.now):
+        assert joints.readers == 0
+        with stranger(domain, "/followed") as near:
+            topic = {"topic": "/followed/joint_states", "type": JOINTS.type}
+            await asyncio.to_thread(near.ask, "all", **topic)
+            await until(lambda: joints.readers == 1)
+            while not heard:
+                joints.publish({"name": ["a"], "position": [1.0]})
+                heard += await asyncio.to_thread(near.ask, "all", **topic)
+        await until(lambda: joints.readers == 0)
+    assert heard[0]["position"] == [1.0]

@@ -3,6 +3,7 @@
 names   names and qualities     types   the ROS 2 form of every type of the graph
 dds     nodes, endpoints and discovery, as rmw_cyclonedds makes them
 edge    topics, services and actions of one robot
+demand  subscriptions that last as long as somebody reads
 """
 
 from __future__ import annotations

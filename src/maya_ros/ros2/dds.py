@@ -147,7 +147,15 @@ class SampleWriter:
     @property
     def wanted(self) -> bool:
         """Whether somebody reads, or a later reader gets what is written now; else no sample need be made."""
-        return self._late or bool(self._raw.get_matched_subscriptions())
+        return self._late or self.read
+
+    @property
+    def read(self) -> bool:
+        """Whether somebody reads now."""
+        try:
+            return bool(self._raw.get_matched_subscriptions())
+        except IndexError:  # another reader came while the library asked for the number and then for the list
+            return True
 
     def write(self, sample: Any) -> None:
         """Write a sample at once."""

@@ -17,10 +17,11 @@ from cyclonedds.core import DDSException
 from maya_ros.graph import types as graph_types
 from maya_ros.graph.access import Guest, RestrictedGraph
 from maya_ros.graph.outcome import goal_to_its_end
-from maya_ros.graph.protocol import Feedback, GoalResult, Graph, GraphHandle, Message, NodeInfo, Stamp
+from maya_ros.graph.protocol import Feedback, GoalResult, Graph, GraphHandle, Heard, Message, NodeInfo, Stamp
 from maya_ros.graph.table import FOLLOW, NODES, TABLE, Kind, Row, asked_by_topic
 from maya_ros.ros2 import types
-from maya_ros.ros2.dds import Counts, DdsGraph
+from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
+from maya_ros.ros2.demand import Demand
 from maya_ros.ros2.names import quality
 from maya_ros.ros2.server import ActionServer, DdsInbox, ServiceServer
 from maya_ros.ros2.standard import RobotInterface, StandardInterfaces
@@ -52,6 +53,8 @@ class Ros2Edge:
         self._standard: StandardInterfaces | None = None
         self._offered: set[str] = set()
         self._held: list[GraphHandle] = []
+        self._demand = Demand()
+        self._server.spawn(self._demand.follow())
 
     @property
     def counts(self) -> Counts:
@@ -73,7 +76,7 @@ class Ros2Edge:
         await self._server.close()
         if self._standard is not None:
             self._standard.close()
-        for held in self._held:
+        for held in (self._demand, *self._held):
             held.close()
 
     def _offer(self, row: Row, node: str) -> None:
@@ -89,13 +92,21 @@ class Ros2Edge:
                 self._publish(row, node)
         if row is FOLLOW and self._robot is not None:
             self._standard = StandardInterfaces(
-                self._graph, self._restricted, self._dds, self._server, self._robot, node
+                self._graph, self._restricted, self._dds, self._server, self._demand, self._robot, node
             )
 
     def _publish(self, row: Row, node: str) -> None:
         """Send what Maya publishes."""
         writer = self._dds.publisher(node, row.name, types.message_type(row.type), quality(row))
-        self._held.append(self._graph.subscribe(row.name, row.type, writer.send, queue_size=row.queue_size))
+        send = _news(writer) if row.rate and row.latch else writer.send
+
+        def subscribe() -> GraphHandle:
+            return self._graph.subscribe(row.name, row.type, send, queue_size=row.queue_size)
+
+        if row.rate and not row.latch:
+            self._demand.add(writer, subscribe)
+        else:
+            self._held.append(subscribe())
 
     def _hear(self, row: Row, node: str) -> None:
         """Take what programs of ROS 2 send. The graph has the publisher from the beginning, for it knows it late."""
@@ -127,6 +138,19 @@ class Ros2Edge:
             return await goal_to_its_end(self._restricted, row.name, row.type, goal, feedback)
 
         ActionServer(self._server, row, node, self._dds, carry_out)
+
+
+def _news(writer: SampleWriter) -> Heard:
+    """Return what sends the messages on a topic, and leaves out repeated ones while nobody reads."""
+    last: Message = {}
+
+    def send(message: Message) -> None:
+        nonlocal last
+        if message != last or writer.read:
+            writer.send(message)
+        last = message
+
+    return send
 
 
 def _offering(row: Row, there: Mapping[str, NodeInfo]) -> str | None:

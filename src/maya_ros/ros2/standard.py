@@ -9,7 +9,7 @@ from functools import partial
 from typing import NamedTuple
 
 from maya_ros.graph.conversions import MotionPreviewer
-from maya_ros.graph.protocol import Graph, GraphHandle, Message, Stamp, in_seconds
+from maya_ros.graph.protocol import Graph, Message, Stamp, in_seconds
 from maya_ros.graph.table import (
     CLOCK,
     DESCRIPTION,
@@ -23,6 +23,7 @@ from maya_ros.graph.table import (
 )
 from maya_ros.ros2 import types
 from maya_ros.ros2.dds import DdsGraph, SampleWriter
+from maya_ros.ros2.demand import Demand
 from maya_ros.ros2.model import FrameTree
 from maya_ros.ros2.names import PARAMETER_SERVICES, quality
 from maya_ros.ros2.parameters import Parameters
@@ -58,32 +59,31 @@ class StandardInterfaces:
         restricted: Graph,
         dds: DdsGraph,
         server: ServiceServer,
+        demand: Demand,
         robot: RobotInterface,
         hardware: str,
     ) -> None:
         self._dds = dds
         self._now = server.now
-        self._frames = self._show(graph, FrameTree(robot.description), robot.description)
+        self._show(graph, demand, FrameTree(robot.description), robot.description)
         parameters = Parameters(restricted, sim_time=robot.scaled)
         for name, kind in PARAMETER_SERVICES.items():
             kinds = types.service_types(f"rcl_interfaces/{kind}")
             server.serve(PROGRAM, f"/{PROGRAM}/{name}", kinds, "", partial(parameters.answer, name))
         if robot.scaled:
             server.spawn(self._tick(self._publisher(CLOCK)))
-        self._trajectories = JointTrajectories(
+        trajectories = JointTrajectories(
             restricted, graph, robot.preview, robot.joints, lambda: in_seconds(server.now())
         )
-        ActionServer(server, FOLLOW_JOINTS, hardware, dds, self._trajectories.carry_out)
+        ActionServer(server, FOLLOW_JOINTS, hardware, dds, trajectories.carry_out)
         self._log = RosoutHandler(self._publisher(ROSOUT), server.now)
         logging.getLogger().addHandler(self._log)
 
     def close(self) -> None:
         """Publish nothing more."""
         logging.getLogger().removeHandler(self._log)
-        self._trajectories.close()
-        self._frames.close()
 
-    def _show(self, graph: Graph, frames: FrameTree, description: str) -> GraphHandle:
+    def _show(self, graph: Graph, demand: Demand, frames: FrameTree, description: str) -> None:
         self._publisher(DESCRIPTION).send({"data": description})
         self._publisher(TF_STATIC).send(frames.fixed(self._now()))
         moving = self._publisher(TF)
@@ -91,7 +91,7 @@ class StandardInterfaces:
         def hear(message: Message) -> None:
             moving.send_made(lambda: frames.moving(message))
 
-        return graph.subscribe(JOINTS.name, JOINTS.type, hear, queue_size=JOINTS.queue_size)
+        demand.add(moving, lambda: graph.subscribe(JOINTS.name, JOINTS.type, hear, queue_size=JOINTS.queue_size))
 
     async def _tick(self, clock: SampleWriter) -> None:
         while True:

@@ -79,12 +79,7 @@ class JointTrajectories:
         self._preview = preview
         self._joints = joints
         self._now = now
-        self._heard: list[Callable[[], None]] = []
-        self._states = own.subscribe(JOINTS.name, JOINTS.type, self._hear, queue_size=1)
-
-    def close(self) -> None:
-        """Follow the joints no more."""
-        self._states.close()
+        self._own = own
 
     async def carry_out(self, goal: Message, feedback: Feedback) -> GoalResult:
         """Carry out a goal to its end, also after a cancellation."""
@@ -109,7 +104,7 @@ class JointTrajectories:
         begun: list[float] = []
         found: list[_Violation] = []
 
-        def look() -> None:
+        def look(_: Message) -> None:
             violation = self._violation(table, self._now() - begun[0]) if begun and not found else None
             if violation is not None:
                 found.append(violation)
@@ -120,14 +115,14 @@ class JointTrajectories:
                 begun.append(self._now())
             feedback(self._told(table, self._now() - begun[0]))
 
-        self._heard.append(look)
+        states = self._own.subscribe(JOINTS.name, JOINTS.type, look, queue_size=1)
         try:
             message = path_to_message(Path.joints(*table.places), table.times[-1])
             ended = await goal_to_its_end(self._graph, FOLLOW.name, FOLLOW.type, {"trajectory": message}, told)
         except MayaError as error:
             return _aborted(INVALID_GOAL, f"{error.code}: {error}")
         finally:
-            self._heard.remove(look)
+            states.close()
         if found:
             return _aborted(*found[0])
         return self._ended(table, ended)
@@ -149,10 +144,6 @@ class JointTrajectories:
             return _Violation(GOAL_TOLERANCE_VIOLATED, late)
         missed = _missed(self._joints(), table.at(time), table.path_tolerance)
         return _Violation(PATH_TOLERANCE_VIOLATED, missed) if missed else None
-
-    def _hear(self, _: Message) -> None:
-        for look in tuple(self._heard):
-            look()
 
     def _told(self, table: Timetable, time: float) -> Message:
         """Return control_msgs/FollowJointTrajectory_Feedback."""

@@ -205,6 +205,18 @@ def test_the_part_is_moved_from_ros_2(robot: LaunchedLayers, peer: Stranger) -> 
     assert near(robot.twin()["parts"]["part"], there)
 
 
+def test_a_trajectory_of_ros_2_is_followed_and_shown(robot: LaunchedLayers, peer: Stranger) -> None:
+    a, b, c = robot.twin()["joints"]
+    goal = [a + (0.2 if a < 1.0 else -0.2), b, c]
+    sent = peer.ask("send_joints", points=[[5.0, *goal]], end=dict.fromkeys("abc", 1e-2))
+    assert peer.ask("joints_result", id=sent["id"]) == {"status": SUCCEEDED, "error_code": 0, "error_string": ""}
+    assert near(robot.twin()["joints"], goal)
+    shown = peer.ask("last", topic="/joint_states", type="sensor_msgs/JointState")
+    assert near(shown["position"][:3], goal)
+    children = {one["child_frame_id"] for one in peer.ask("last", topic="/tf", type="tf2_msgs/TFMessage")["transforms"]}
+    assert "boom" in children
+
+
 def test_with_a_killed_node_the_motion_that_it_began_ends(robot: LaunchedLayers) -> None:
     with ros2_node(robot.ros, "mortal") as (_, peer):
         robot.at_speed(SLOW)

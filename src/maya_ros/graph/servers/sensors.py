@@ -114,10 +114,12 @@ class SensorServer:
         if state.point is not None:
             publishers[POSITION.name].publish(dict(zip("xyz", state.point, strict=True)))
         holding = self._scene is not None and self._scene.carried is not None
-        joints = joint_state(state, self._layer.workspace.mechanism, seconds, holding=holding)
+        joints = None
+        if publishers[JOINTS.name].readers:
+            joints = joint_state(state, self._layer.workspace.mechanism, seconds, holding=holding)
         if joints is not None:
             publishers[JOINTS.name].publish(joints)
-        record = None if self._raw is None else self._raw()
+        record = None if self._raw is None or not publishers[SENSORS.name].readers else self._raw()
         if record is not None:
             publishers[SENSORS.name].publish(raw_message(record, self._config, seconds))
         self._draw(publishers[MARKERS.name], state)
