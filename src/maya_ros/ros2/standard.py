@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import NamedTuple
 
@@ -35,16 +35,22 @@ LONGEST = 4096
 """Longest text of a message in the log [characters]."""
 
 
+async def _at_once() -> None:
+    """Wait for nothing."""
+
+
 class RobotInterface(NamedTuple):
     """The parts of a robot that are not in the graph: its description (URDF), the check of its motions, and its joints.
 
-    `joints` returns them as they are now, None before homing. `scaled` is whether its clock is not real time.
+    `joints` returns them as they are now, None before homing. `scaled` is whether its clock is not real time. `settled`
+    waits until `joints` shows the end of a motion that has ended.
     """
 
     description: str
     preview: MotionPreviewer
     joints: Callable[[], Joints | None]
     scaled: bool
+    settled: Callable[[], Awaitable[None]] = _at_once
 
 
 class StandardInterfaces:
@@ -73,7 +79,7 @@ class StandardInterfaces:
         if robot.scaled:
             server.spawn(self._tick(self._publisher(CLOCK)))
         trajectories = JointTrajectories(
-            restricted, graph, robot.preview, robot.joints, lambda: in_seconds(server.now())
+            restricted, graph, robot.preview, robot.joints, robot.settled, lambda: in_seconds(server.now())
         )
         ActionServer(server, FOLLOW_JOINTS, hardware, dds, trajectories.carry_out)
         self._log = RosoutHandler(self._publisher(ROSOUT), server.now)

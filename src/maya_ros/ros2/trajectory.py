@@ -10,7 +10,7 @@ A goal that cannot be carried out is aborted and not rejected, because only a re
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -64,7 +64,7 @@ class _Violation(NamedTuple):
 class JointTrajectories:
     """Carries out goals on `graph`; `own` is the robot's own graph, `now` returns the time of its stamps [s].
 
-    `joints` returns where the robot is now, None before homing.
+    `joints` returns where the robot is now, None before homing; `settled` waits until that shows the end of a motion.
     """
 
     def __init__(
@@ -73,11 +73,13 @@ class JointTrajectories:
         own: Graph,
         preview: MotionPreviewer,
         joints: Callable[[], Joints | None],
+        settled: Callable[[], Awaitable[None]],
         now: Callable[[], float],
     ) -> None:
         self._graph = graph
         self._preview = preview
         self._joints = joints
+        self._settled = settled
         self._now = now
         self._own = own
 
@@ -125,6 +127,7 @@ class JointTrajectories:
             states.close()
         if found:
             return _aborted(*found[0])
+        await self._settled()
         return self._ended(table, ended)
 
     def _ended(self, table: Timetable, ended: GoalResult) -> GoalResult:

@@ -50,7 +50,13 @@ async def serve(node: RosNode) -> None:
         graph_guest(users, NODE) as guest,
         GraphController.on(node.graph, config) as controller,
     ):
-        robot = RobotInterface(description, controller.preview, lambda: controller.state.joints, scaled=False)
+        robot = RobotInterface(
+            description,
+            controller.preview,
+            lambda: controller.state.joints,
+            scaled=False,
+            settled=controller.settled,
+        )
         async with dds_serving(node.graph, guest, options, _now, robot) as edge:
             node.say(f"This graph is in domain {options.domain} of ROS 2.")
             while True:
