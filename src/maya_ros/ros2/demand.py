@@ -12,7 +12,7 @@ LOOK = 0.1
 """Period of the look for readers [s]: they miss the messages of so long."""
 
 
-class Demand:
+class ReaderDemand:
     """Subscriptions, each beside the writer that sends what it hears. `follow` begins and ends them."""
 
     def __init__(self) -> None:

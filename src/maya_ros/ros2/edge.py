@@ -21,7 +21,7 @@ from maya_ros.graph.protocol import Feedback, GoalResult, Graph, GraphHandle, He
 from maya_ros.graph.table import FOLLOW, NODES, TABLE, Kind, Row, asked_by_topic
 from maya_ros.ros2 import types
 from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
-from maya_ros.ros2.demand import Demand
+from maya_ros.ros2.demand import ReaderDemand
 from maya_ros.ros2.names import quality
 from maya_ros.ros2.server import ActionServer, DdsInbox, ServiceServer
 from maya_ros.ros2.standard import RobotInterface, StandardInterfaces
@@ -53,7 +53,7 @@ class Ros2Edge:
         self._standard: StandardInterfaces | None = None
         self._offered: set[str] = set()
         self._held: list[GraphHandle] = []
-        self._demand = Demand()
+        self._demand = ReaderDemand()
         self._server.spawn(self._demand.follow())
 
     @property

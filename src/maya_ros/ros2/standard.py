@@ -23,7 +23,7 @@ from maya_ros.graph.table import (
 )
 from maya_ros.ros2 import types
 from maya_ros.ros2.dds import DdsGraph, SampleWriter
-from maya_ros.ros2.demand import Demand
+from maya_ros.ros2.demand import ReaderDemand
 from maya_ros.ros2.model import FrameTree
 from maya_ros.ros2.names import PARAMETER_SERVICES, quality
 from maya_ros.ros2.parameters import Parameters
@@ -65,7 +65,7 @@ class StandardInterfaces:
         restricted: Graph,
         dds: DdsGraph,
         server: ServiceServer,
-        demand: Demand,
+        demand: ReaderDemand,
         robot: RobotInterface,
         hardware: str,
     ) -> None:
@@ -89,7 +89,7 @@ class StandardInterfaces:
         """Publish nothing more."""
         logging.getLogger().removeHandler(self._log)
 
-    def _show(self, graph: Graph, demand: Demand, frames: FrameTree, description: str) -> None:
+    def _show(self, graph: Graph, demand: ReaderDemand, frames: FrameTree, description: str) -> None:
         self._publisher(DESCRIPTION).send({"data": description})
         self._publisher(TF_STATIC).send(frames.fixed(self._now()))
         moving = self._publisher(TF)
