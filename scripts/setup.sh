@@ -80,6 +80,25 @@ provide_clients() {
     origin "$clients" "$lock" >"$clients/stamp"
 }
 
+# provide_peers: .venv-peers holds the programs that a user would pick instead of a part of Maya, at the versions and
+# hashes of its lock, and this project, editable; `scripts/bench --peers` measures both there.
+provide_peers() {
+    peers=$root/.venv-peers
+    lock=$root/requirements-peers.lock
+    if current "$peers" stamp "$root/pyproject.toml" "$lock"; then
+        return
+    fi
+    provide_system
+    say "Setting up .venv-peers (once; some minutes) ..."
+    rm -rf "$peers"
+    "$python" -m venv "$peers"
+    pip="$peers/bin/python -m pip --disable-pip-version-check --quiet"
+    name_certificates
+    $pip install --require-hashes --only-binary :all: -r "$lock"
+    $pip install --no-deps --no-build-isolation -e "$root"
+    origin "$peers" "$root/pyproject.toml" "$lock" >"$peers/stamp"
+}
+
 # provide_scripts FOLDER: its node_modules hold what the tests run, or what the dashboard is built with, at the versions
 # and hashes of its lock, by the Node.js that comes with the development environment (Debian 12's is too old for it).
 provide_scripts() {
@@ -130,10 +149,19 @@ knows_browser() {
     apt_knows $browser
 }
 
-# provide_broker: mosquitto, which the tests run themselves. Its package would start it as a service of this machine;
-# here it starts none, now and after a reboot.
+# provide_broker: mosquitto, which the tests run themselves.
 provide_broker() {
-    [ ! -x /usr/sbin/mosquitto ] || return 0
+    [ -x /usr/sbin/mosquitto ] || install_stopped mosquitto
+}
+
+# provide_redis: redis-server, which `scripts/bench --peers` runs itself.
+provide_redis() {
+    command -v redis-server >/dev/null 2>&1 || install_stopped redis-server
+}
+
+# install_stopped NAME: a package that would start a service of its name on this machine; here it starts none, now and
+# after a reboot.
+install_stopped() {
     policy=/usr/sbin/policy-rc.d
     as_root=
     [ "$(id -u)" -eq 0 ] || as_root=sudo
@@ -142,8 +170,8 @@ provide_broker() {
             trap '$as_root rm -f "$policy"' EXIT
             printf '#!/bin/sh\nexit 101\n' | $as_root sh -c 'cat >"$1" && chmod 755 "$1"' sh "$policy"
         fi
-        install_packages mosquitto
-        $as_root update-rc.d mosquitto disable >/dev/null 2>&1 || true
+        install_packages "$1"
+        $as_root update-rc.d "$1" disable >/dev/null 2>&1 || true
     )
 }
 

@@ -19,7 +19,7 @@ from tests.conventions.source import PACKAGES, ROOT
 COMMANDS = ["run", "test"] + [
     f"scripts/{name}" for name in ("test-fast", "check", "bench", "docs", "gen", "ros", "web")
 ]
-LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock"]
+LOCKS = ["requirements.lock", "requirements-dev.lock", "requirements-clients.lock", "requirements-peers.lock"]
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
 
 
