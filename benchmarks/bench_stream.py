@@ -15,6 +15,7 @@ import sys
 import time
 from collections.abc import AsyncIterator, Callable
 from dataclasses import replace
+from functools import partial
 from statistics import median
 from typing import Any, cast
 
@@ -29,12 +30,16 @@ RATE = 30.0
 SECONDS = 2.0
 """How long one sample lasts."""
 
+SHARE = 0.8
+"""At least this share of the states must come."""
+
 
 class Beating:
-    """The service of a stack, but with a new state 30 times a second while `going`."""
+    """The service of a stack, but with a new state `rate` times a second while `going`."""
 
-    def __init__(self, service: Any) -> None:
+    def __init__(self, service: Any, rate: float) -> None:
         self._service = service
+        self._rate = rate
         self.going = asyncio.Event()
 
     def __getattr__(self, name: str) -> Any:
@@ -46,7 +51,7 @@ class Beating:
         due = time.monotonic()
         while True:
             await self.going.wait()
-            due = max(due + 1.0 / RATE, time.monotonic())
+            due = max(due + 1.0 / self._rate, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
             state = replace(state, time=time.monotonic(), counts=(state.counts[0] + 1, -1234567, 2234567))
             yield state
@@ -63,7 +68,7 @@ async def obey(going: asyncio.Event) -> None:
         print(time.process_time(), flush=True)
 
 
-async def serve_ours() -> None:
+async def serve_ours(rate: float) -> None:
     from maya_un.assembly import stack
     from maya_un.config import Config
     from maya_un.http.app import create_app
@@ -72,7 +77,7 @@ async def serve_ours() -> None:
     from maya_un.http.thread import served
 
     async with stack(Config(), live=False) as robot:
-        beating = Beating(robot.service)
+        beating = Beating(robot.service, rate)
         bridge = Bridge(asyncio.get_running_loop(), cast("Any", beating))
         with bound_socket(0) as listener:
             async with served(create_app(bridge), listener) as url:
@@ -80,7 +85,7 @@ async def serve_ours() -> None:
                 await obey(beating.going)
 
 
-async def serve_bare() -> None:
+async def serve_bare(rate: float) -> None:
     """Send what the stream sends, one client after the other, as the framework's manual shows it."""
     from maya_un.assembly import stack
     from maya_un.config import Config
@@ -105,7 +110,7 @@ async def serve_bare() -> None:
         due = time.monotonic()
         while True:
             await going.wait()
-            due = max(due + 1.0 / RATE, time.monotonic())
+            due = max(due + 1.0 / rate, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
             changed = replace(state, time=time.monotonic(), counts=(1, -1234567, 2234567))
             text = payload(state_frame(1, changed)).decode()
@@ -130,12 +135,21 @@ def payload(frame: bytes) -> bytes:
 
 
 class Server:
-    """A server in a process of its own, with its clients in this one."""
+    """A server in a process of its own, with its clients in this one.
 
-    def __init__(self, kind: str, loop: asyncio.AbstractEventLoop) -> None:
+    A sample lasts `seconds`; at least the share `share` of all states must come. `received` counts those of every
+    client in the last sample, `last` is the last one of any.
+    """
+
+    def __init__(self, kind: str, loop: asyncio.AbstractEventLoop, clients: int = CLIENTS, rate: float = RATE) -> None:
         self._loop = loop
+        self._rate = rate
+        self.seconds, self.share = SECONDS, SHARE
+        self.received = [0] * clients
+        self.last = b""
+        self._clients: list[Client] = []
         self._process = subprocess.Popen(
-            [sys.executable, __file__, kind], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+            [sys.executable, __file__, kind, str(rate)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
         self._port = int(self._said())
         self._late: list[float] = []
@@ -146,14 +160,18 @@ class Server:
         return self._process.stdout.readline()
 
     async def _connect(self) -> None:
-        request = {"type": "subscribe", "state": {"rate": RATE}}
-        for _ in range(CLIENTS):
-            _, client = await self._loop.create_connection(lambda: Client(request, self._see), "127.0.0.1", self._port)
+        request = {"type": "subscribe", "state": {"rate": self._rate}}
+        for number in range(len(self.received)):
+            seen = partial(self._see, number)
+            _, client = await self._loop.create_connection(partial(Client, request, seen), "127.0.0.1", self._port)
+            self._clients.append(client)
             await client.open.wait()
 
-    def _see(self, text: bytes, now: float) -> None:
+    def _see(self, number: int, text: bytes, now: float) -> None:
         if text.startswith(b'{"type":"state"'):
             self._late.append(now - time_in(text))
+            self.received[number] += 1
+            self.last = text
 
     def tell(self, word: str) -> float:
         """Have it go, stop or just tell its CPU time [s]."""
@@ -165,20 +183,22 @@ class Server:
     def sample(self) -> tuple[float, float]:
         """Return CPU seconds a second, and the median of how late states were [s]."""
         self._late.clear()
+        self.received = [0] * len(self.received)
         before, began = self.tell("go"), time.monotonic()
-        self._loop.run_until_complete(asyncio.sleep(SECONDS))
+        self._loop.run_until_complete(asyncio.sleep(self.seconds))
         used, took = self.tell("stop") - before, time.monotonic() - began
         self._loop.run_until_complete(asyncio.sleep(0.1))
-        expected = CLIENTS * RATE * SECONDS
-        assert len(self._late) > 0.8 * expected, f"{len(self._late)} of {expected:.0f} states came"
+        expected = len(self.received) * self._rate * self.seconds
+        assert len(self._late) > self.share * expected, f"{len(self._late)} of {expected:.0f} states came"
         return used / took, median(self._late)
 
     def end(self) -> None:
         """End it."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
+        for client in self._clients:
+            client.close()
+        self._loop.run_until_complete(asyncio.sleep(0.0))
         self._process.kill()
-        self._process.wait()
+        self._process.communicate()  # closes its pipes
 
 
 def both(server: Server) -> tuple[Sample, Sample]:
@@ -192,12 +212,12 @@ def both(server: Server) -> tuple[Sample, Sample]:
     return cost, lambda: last[0][1]
 
 
-SERVERS: dict[str, Callable[[], Any]] = {"ours": serve_ours, "bare": serve_bare}
+SERVERS: dict[str, Callable[[float], Any]] = {"ours": serve_ours, "bare": serve_bare}
 
 
 def main() -> None:
     if len(sys.argv) > 1 and sys.argv[1] in SERVERS:
-        asyncio.run(SERVERS[sys.argv[1]]())
+        asyncio.run(SERVERS[sys.argv[1]](float(sys.argv[2])))
         os._exit(0)  # a thread waits for input
     loop = asyncio.new_event_loop()
     bare, ours = Server("bare", loop), Server("ours", loop)

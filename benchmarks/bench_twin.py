@@ -95,9 +95,9 @@ async def served() -> tuple[VirtualController, int]:
     return controller, port
 
 
-def machine_in_motion() -> float:
-    """Move eight axes for `SECONDS` of virtual time, with the guard's program kept awake; return what it takes [s]."""
-    machine = VirtualDmc(BenchPlant(8), axes=8)
+def machine_in_motion(axes: int = 8) -> float:
+    """Move axes for `SECONDS` of virtual time, with the guard's program kept awake; return what it takes [s]."""
+    machine = VirtualDmc(BenchPlant(axes), axes=axes)
     handle = machine.connect()
     assert handle is not None
 
@@ -105,7 +105,7 @@ def machine_in_motion() -> float:
         answer = machine.receive(handle, f"{line}\r".encode("ascii"), machine.now)
         assert not answer.strip(b":"), (line, answer)
 
-    say(f"DL\r{merged('', GUARD, 'ABCDEFGH')}\\")
+    say(f"DL\r{merged('', GUARD, 'ABCDEFGH'[:axes])}\\")
     for line in ("SH", "SP*=20000", "PR*=100000", f"{BEAT}=TIME", f"{OUT}=0", f"XQ#{START},{THREAD}"):
         say(line)
     begun = time.process_time()

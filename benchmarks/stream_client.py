@@ -8,12 +8,15 @@ import time
 from collections.abc import Callable, Mapping
 from typing import cast
 
+TEXT, PING, PONG = 0x81, 0x89, 0x8A
+"""First bytes of frames."""
+
 Seen = Callable[[bytes, float], None]
 """Told the text of every message, and when it came [s, monotonic]."""
 
 
 class Client(asyncio.Protocol):
-    """Says one `request` to /v1/stream and hands on what comes; understands frames of a server and nothing else."""
+    """Says one `request` to /v1/stream and hands on what comes; understands frames of a server, answers its pings."""
 
     def __init__(self, request: Mapping[str, object], seen: Seen) -> None:
         self._request = json.dumps(request).encode()
@@ -41,19 +44,31 @@ class Client(asyncio.Protocol):
             begin, length = (2, short) if short < 126 else (4, int.from_bytes(self._buffer[2:4], "big"))
             if len(self._buffer) < begin + length:
                 return
-            self._seen(self._buffer[begin : begin + length], now)
+            payload = self._buffer[begin : begin + length]
+            if self._buffer[0] == PING:
+                self._say(PONG, payload)
+            else:
+                self._seen(payload, now)
             self._buffer = self._buffer[begin + length :]
+
+    def close(self) -> None:
+        """Hang up."""
+        assert self._transport is not None
+        self._transport.close()
 
     def _opened(self) -> bool:
         _, ended, rest = self._buffer.partition(b"\r\n\r\n")
         if not ended:
             return False
-        assert self._transport is not None
-        assert len(self._request) < 126
         self._buffer = rest
-        self._transport.write(bytes((0x81, 0x80 | len(self._request))) + bytes(4) + self._request)
+        self._say(TEXT, self._request)
         self.open.set()
         return True
+
+    def _say(self, kind: int, payload: bytes) -> None:
+        assert self._transport is not None
+        assert len(payload) < 126
+        self._transport.write(bytes((kind, 0x80 | len(payload))) + bytes(4) + payload)
 
 
 def time_in(text: bytes) -> float:
