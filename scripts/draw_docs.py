@@ -15,6 +15,7 @@ from pathlib import Path
 import architecture_figures
 import calibration_figures
 import mechanism_figures
+import performance_figures
 import planned_figures
 import queue_figures
 from matplotlib.figure import Figure
@@ -94,6 +95,9 @@ PICTURES: dict[str, Callable[[], Figure]] = {
     "mechanism-between-the-ends.svg": mechanism_figures.between_the_ends,
     "mechanism-stopping.svg": mechanism_figures.stopping,
     "mechanism-time-optimal.svg": planned_figures.time_optimal,
+    "performance-growth.svg": performance_figures.growth,
+    "performance-limit.svg": performance_figures.limit,
+    "performance-peers.svg": performance_figures.peers,
     "queue-states.svg": queue_figures.states,
     "workspace-section.svg": section,
     "workspace-plan.svg": plan,

@@ -17,6 +17,7 @@ import client_page
 import graph_page
 import http_page
 import migration_page
+import performance_page
 from texts import phrases
 
 from dmc41x3.i18n import LANGUAGES
@@ -290,6 +291,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "../ros/maya_ui/resource/phrases.json": dashboard_phrases,
     "../ros/maya_ui/resource/sentences.json": dashboard_sentences,
     "decisions/README.md": decisions_page,
+    "explanation/performance.md": lambda: f"{NOTE}\n{performance_page.page()}",
     "how-to/move-from-the-original.md": migration_page.page,
     "reference/configuration.md": configuration_page,
     "reference/errors.md": errors_page,

@@ -112,3 +112,9 @@ def read(path: Path = RESULTS) -> list[Run]:
 def write(runs: Sequence[Run], path: Path = RESULTS) -> None:
     """Store the newest runs."""
     path.write_bytes(_RUNS.dump_json(list(runs)[-KEPT:], indent=1) + b"\n")
+
+
+def number(value: float | None) -> str:
+    """Return a figure with three digits, and more where it is greater than 1000."""
+    assert value is not None
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:,.0f}".replace(",", " ")

@@ -20,7 +20,9 @@ RATE = 50.0
 READERS = 100
 KINDS = {OURS: "ours", "uvicorn": "bare"}
 SHARE = 0.9
-"""A reader must get at least this share of the states."""
+"""A reader must get at least this share of the states, in one of `TRIES` samples: the computer has other work too."""
+
+TRIES = 5
 
 SOME = 0.05
 """The same where only the cost of a state counts."""
@@ -33,8 +35,9 @@ class Readers:
         self._loop = asyncio.new_event_loop()
         self._readers = readers
         self._servers = {program: Server(kind, self._loop, readers, RATE) for program, kind in KINDS.items()}
+        self._share = share
         for server in self._servers.values():
-            server.seconds, server.share = seconds, share
+            server.seconds, server.share = seconds, SOME
 
     def close(self) -> None:
         """End the servers."""
@@ -51,9 +54,11 @@ class Readers:
     def answer(self, program: str) -> Floats:
         """Return the numbers in the last state that do not change; fails where a reader missed too many states."""
         server = self._servers[program]
-        server.sample()
-        got = min(server.received) / (RATE * server.seconds)
-        assert got >= server.share, f"a reader got {got:.0%} of the states"
+        got, tries = 0.0, 0
+        while got < self._share and tries < TRIES:
+            server.sample()
+            got, tries = min(server.received) / (RATE * server.seconds), tries + 1
+        assert got >= self._share, f"a reader got {got:.0%} of the states"
         state = json.loads(server.last)["state"]
         return np.array([float(len(state)), *state["counts"][1:]])
 
@@ -72,7 +77,7 @@ def growth(sizes: tuple[int, ...]) -> Iterator[Growth]:
     The readers share a process, which need not keep up with all states of hundreds.
     """
     for size in sizes:
-        readers = Readers(size, share=SOME)
+        readers = Readers(size)
         try:
             for program in KINDS:
                 cost = min(readers.cost(program) for _ in range(3))

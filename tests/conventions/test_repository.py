@@ -66,9 +66,12 @@ def test_the_development_lock_contains_the_other() -> None:
 def test_locks_hold_the_requirements_of_the_project() -> None:
     project = tomllib.loads(text("pyproject.toml"))["project"]
     extras = project["optional-dependencies"]
+    run = project["dependencies"] + extras["build"]
+    peers = re.findall(r"^[a-z][\w-]*", text("requirements-peers.in"), re.MULTILINE)
     asked = {
-        "requirements.lock": project["dependencies"] + extras["build"],
+        "requirements.lock": run,
         "requirements-dev.lock": extras["dev"],
+        "requirements-peers.lock": run + peers,
     }
     for lock, requirements in asked.items():
         names = {re.split(r"[<>=!~\[ ;]", requirement)[0] for requirement in requirements}
