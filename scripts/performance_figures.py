@@ -15,6 +15,9 @@ from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, bl
 NO_PEERS = (OURS, BARE)
 """The first words of programs that no user would pick instead of Maya."""
 
+WIDE = 10
+"""An axis over more than this factor is logarithmic."""
+
 COLOURS = (ORANGE, GREEN, PURPLE)
 """The colours of the other programs; Maya is blue."""
 
@@ -68,9 +71,13 @@ def _over_size(axes: Axes, subject: str, sizes: Sequence[Growth]) -> None:
             label=program,
             markersize=3,
         )
-    if max(one.size for one in sizes) > 10:
-        axes.set(xscale="log", yscale="log")
-    axes.set_ylim(bottom=None if axes.get_yscale() == "log" else 0.0)
+    costs, largest = [one.cost for one in sizes], max(one.size for one in sizes)
+    if largest > WIDE:
+        axes.set(xscale="log")
+    if max(costs) > WIDE * min(costs):
+        axes.set(yscale="log")
+    else:
+        axes.set_ylim(0.0, 1.1 * max(costs))
     axes.set(xlabel=subject, ylabel=sizes[0].unit)
     axes.legend(loc="best")
 

@@ -199,7 +199,7 @@ def _limit(motions: Sequence[Motion]) -> Iterator[str]:
     yield "\n| motion | least time | carried out | over the least time | each axis alone | off its way at most |"
     yield "|---|---|---|---|---|---|"
     for motion in motions:
-        over = 100.0 * (motion.carried_out / motion.least - 1.0)
+        over = round(100.0 * (motion.carried_out / motion.least - 1.0), 1) + 0.0  # no -0.0
         times = f"{motion.least:.2f} s | {motion.carried_out:.2f} s | {over:.1f} % | {motion.alone:.2f} s"
         yield f"| {motion.name} | {times} | {1e3 * motion.off:.2f} mm |"
 

@@ -98,7 +98,7 @@ def _text(found: object) -> str:
 
 def _contests(sizes: Sizes, left_out: dict[str, str]) -> Iterator[tuple[Contest, int]]:
     for contest in (*kinematics.contests(left_out), *timing.contests(left_out)):
-        yield contest, sizes.rounds
+        yield contest, 3 * sizes.rounds
     readers = streams.Readers(sizes.readers)
     try:
         yield readers.contest(), sizes.rounds
