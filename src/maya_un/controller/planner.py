@@ -48,12 +48,12 @@ from maya_un.workers import Workers, WorkResult
 MOST_SEGMENTS = 511
 """Capacity of the controller's buffer of coordinated segments (Galil LM); a motion is sent whole before it begins."""
 
-REMEMBERED = 1024
+REMEMBERED = 8192
 """Number of cached previews: a job's legs are checked before it starts and again before each leg."""
 
-AT_HAND = 512
-"""Number of cached plans: a job need not plan again what it has previewed. After homing has measured the strokes, a
-cached plan need only be proved again. Plans are arrays, some 30 kB each.
+AT_HAND = 2048
+"""Number of cached plans: a job of 1 300 tasks need not plan again what it has previewed. After homing has measured the
+strokes, a cached plan need only be proved again. Plans are arrays, some 13 kB each.
 """
 
 LEAST_SPEED = 0.001

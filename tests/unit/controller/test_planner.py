@@ -1,4 +1,4 @@
-"""Refusals of the planner before it asks for a proof: lines that the boom cannot follow."""
+"""The planner: refusals before it asks for a proof, and what it remembers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from math import cos, pi, sin
 
 import pytest
 
+from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.controller.planner import Planner
 from maya_un.errors import PathRefused
@@ -26,3 +27,11 @@ def test_line_across_the_end_of_a_whole_turn_is_refused() -> None:
         with pytest.raises(PathRefused, match="turn back"):
             planner.plan(workspace, Path.line(at(2.0 * pi - half), at(half)), 1.0)
         assert planner.plan(workspace, Path.line(at(pi - half), at(pi + half)), 1.0).move is not None
+
+
+def test_the_motions_of_a_long_job_are_not_planned_again_when_they_begin() -> None:
+    config = Config()
+    planner, workspace = Planner(config, Mechanism.of(config)), Workspace.of(config)
+    paths = [Path.line(at(0.5), at(0.6 + 1e-4 * number)) for number in range(600)]  # the legs of 400 tasks
+    checked = [planner.plan(workspace, path, 1.0) for path in paths]
+    assert all(planner.plan(workspace, path, 1.0) is plan for path, plan in zip(paths, checked, strict=True))
