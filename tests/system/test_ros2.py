@@ -31,6 +31,7 @@ from maya_un.assembly import Stack
 from maya_un.edges import Ros2Options
 from maya_un.errors import Ros2NotJoined
 from maya_un.events import JobAdvanced
+from maya_un.http.log import kept, note
 from maya_un.kinematics import Floats
 from maya_un.schema.jobs import JobLine, JobReport
 from maya_un.values import Joints, Point
@@ -489,13 +490,21 @@ def test_a_parameter_that_may_not_be_set_keeps_its_value_and_has_a_reason(peer: 
 
 def test_the_log_is_on_rosout(peer: Stranger, robot: SharedRobot) -> None:
     peer.ask("all", topic="/rosout", type="rcl_interfaces/Log", late=True)
-    logging.getLogger("maya_ros.ros2").warning("a sentence of the test")
+    with kept(people=False):  # as `maya up` does
+        logging.getLogger("maya_ros.ros2").warning("a sentence of a library")
+        note("events", logging.INFO, "a sentence of the program")
+        assert not peer.ask("send", task={"command": "approach", "target": (9.0, 9.0, 9.0)})["accepted"]
 
-    def told() -> bool:
-        said = peer.ask("all", topic="/rosout", type="rcl_interfaces/Log", late=True)
-        return any(one["msg"] == "a sentence of the test" and one["level"] == logging.WARNING for one in said)
+    said: list[tuple[str, int]] = []
 
-    eventually(told, "the sentence on /rosout")
+    def refused() -> bool:
+        lines = peer.ask("all", topic="/rosout", type="rcl_interfaces/Log", late=True)
+        said.extend((line["msg"], line["level"]) for line in lines)
+        return any(text.startswith("/task refused a goal: 2101: ") for text, _ in said)
+
+    eventually(refused, "the reason of a rejection on /rosout")
+    assert said.count(("a sentence of a library", logging.WARNING)) == 1
+    assert said.count(("a sentence of the program", logging.INFO)) == 1
 
 
 def test_a_foreign_tool_lists_the_topics_with_their_types(domain: int, robot: SharedRobot) -> None:

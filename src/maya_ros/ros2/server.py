@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from maya_ros.graph import types as graph_types
+from maya_ros.graph.outcome import error_of
 from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, Message, Stamp
 from maya_ros.graph.table import Row
 from maya_ros.ros2 import types
@@ -188,7 +189,9 @@ class ActionServer:
         if not goal.begun.done():
             goal.begun.set_result(ended.outcome is not GoalStatus.REJECTED)
             if ended.outcome is GoalStatus.REJECTED:
-                _log.info("%s refused a goal: %s", self._row.name, ended.result.get("message", ""))
+                error = error_of(ended.result, self._row.name)
+                reason = ended.result.get("message", "") if error is None else f"{error.code}: {error}"
+                _log.info("%s refused a goal: %s", self._row.name, reason)
                 del self._goals[goal.id]
         goal.status = _ENDS.get(ended.outcome, ABORTED)
         goal.ended.set_result(ended)

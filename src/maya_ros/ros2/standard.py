@@ -29,7 +29,13 @@ from maya_ros.ros2.names import PARAMETER_SERVICES, quality
 from maya_ros.ros2.parameters import Parameters
 from maya_ros.ros2.server import ActionServer, ServiceServer
 from maya_ros.ros2.trajectory import JointTrajectories
+from maya_un.http import log
 from maya_un.values import Joints
+
+_LOGGERS = ("", log.ROOT)
+"""The loggers whose messages are published: that of all libraries, and that of the program, which hands nothing up."""
+
+_own = logging.getLogger("maya_ros")
 
 LONGEST = 4096
 """Longest text of a message in the log [characters]."""
@@ -83,11 +89,15 @@ class StandardInterfaces:
         )
         ActionServer(server, FOLLOW_JOINTS, hardware, dds, trajectories.carry_out)
         self._log = RosoutHandler(self._publisher(ROSOUT), server.now)
-        logging.getLogger().addHandler(self._log)
+        for name in _LOGGERS:
+            logging.getLogger(name).addHandler(self._log)
+        _own.setLevel(logging.INFO)
 
     def close(self) -> None:
         """Publish nothing more."""
-        logging.getLogger().removeHandler(self._log)
+        _own.setLevel(logging.NOTSET)
+        for name in _LOGGERS:
+            logging.getLogger(name).removeHandler(self._log)
 
     def _show(self, graph: Graph, demand: ReaderDemand, frames: FrameTree, description: str) -> None:
         self._publisher(DESCRIPTION).send({"data": description})
@@ -115,11 +125,13 @@ class RosoutHandler(logging.Handler):
         super().__init__(logging.INFO)
         self._writer = writer
         self._now = now
+        self._last: logging.LogRecord | None = None
 
     def emit(self, record: logging.LogRecord) -> None:
         """Publish a record; what the writing thread itself says would come back to it."""
-        if self._writer.writes_in(record.thread):
+        if self._writer.writes_in(record.thread) or record is self._last:
             return
+        self._last = record  # it comes again from a logger further up
         try:
             text = record.getMessage()[:LONGEST]
         except Exception:  # noqa: BLE001 - as every handler, this one reports a record that has no text
