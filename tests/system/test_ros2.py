@@ -502,7 +502,7 @@ def test_the_log_is_on_rosout(peer: Stranger, robot: SharedRobot) -> None:
         said.extend((line["msg"], line["level"]) for line in lines)
         return any(text.startswith("/task refused a goal: 2101: ") for text, _ in said)
 
-    eventually(refused, "the reason of a rejection on /rosout")
+    eventually(refused, "the reason of a rejection on /rosout", told=lambda: str(said))
     assert said.count(("a sentence of a library", logging.WARNING)) == 1
     assert said.count(("a sentence of the program", logging.INFO)) == 1
 

@@ -91,11 +91,10 @@ class StandardInterfaces:
         self._log = RosoutHandler(self._publisher(ROSOUT), server.now)
         for name in _LOGGERS:
             logging.getLogger(name).addHandler(self._log)
-        _own.setLevel(logging.INFO)
+        _own.setLevel(logging.INFO)  # for good: another robot in this process may need it after this one
 
     def close(self) -> None:
         """Publish nothing more."""
-        _own.setLevel(logging.NOTSET)
         for name in _LOGGERS:
             logging.getLogger(name).removeHandler(self._log)
 
