@@ -54,6 +54,7 @@ export const CHECKS: Record<FoundByDoctor["check"], Words> = {
   ports: ["Ports", "Puertos"],
   clock: ["Clock", "Reloj"],
   certificate: ["Certificate", "Certificado"],
+  software: ["Software", "Programa"],
   ROS: ["ROS", "ROS"],
   supervisors: ["Supervisors", "Supervisores"],
 };
