@@ -44,6 +44,9 @@ def called(options: Mapping[str, str]) -> Iterator[None]:
 ANSWER = 5.0
 """Longest wait for an ordinary answer [s]."""
 
+COMPUTED = 60.0
+"""Longest wait for an answer that a worker computes [s]; on a slow computer its process may take seconds to start."""
+
 
 class ServiceClient:
     """A client of the service at `url`.

@@ -9,7 +9,7 @@ from typing import Any
 from dmc41x3.cli.signals import as_ctrl_c
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import output
-from maya_un.cli.client import ANSWER, ServiceClient
+from maya_un.cli.client import COMPUTED, ServiceClient
 from maya_un.cli.progress import chosen
 from maya_un.cli.report import STEP_KEYS
 from maya_un.cli.settings import OutputSettings
@@ -27,7 +27,7 @@ def request(primitive: Mapping[str, object], settings: OutputSettings) -> int:
     client = ServiceClient.find()
     with chosen(settings) as display, as_ctrl_c():
         since = client.ask(requests.status())["last_event"]
-        accepted = client.ask(requests.task(primitive), timeout=ANSWER)
+        accepted = client.ask(requests.task(primitive), timeout=COMPUTED)
         report, interrupted = follow(client, accepted["id"], since, display, settings)
     step = report["steps"][0]
     if settings.json:

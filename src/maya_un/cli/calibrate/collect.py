@@ -13,7 +13,7 @@ import numpy as np
 
 from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
-from maya_un.cli.client import ANSWER, ServiceClient
+from maya_un.cli.client import COMPUTED, ServiceClient
 from maya_un.cli.configure import configuration
 from maya_un.cli.offline import FINER
 from maya_un.cli.progress import chosen
@@ -166,7 +166,7 @@ class _Session:
         since = self.client.ask(requests.status())["last_event"]
         try:
             request = requests.task({"command": "move", "joints": list(joints)})
-            accepted = self.client.ask(request, timeout=ANSWER)
+            accepted = self.client.ask(request, timeout=COMPUTED)
         except (Unreachable, PathRefused) as refusal:
             return refusal.text(self.settings.language)
         with chosen(self.settings) as display:
