@@ -541,6 +541,7 @@ class Peer:
         self._numbers = itertools.count(1)
         self._clients: dict[str, tuple[DataWriter[Any], DataReader[Any]]] = {}
         self._readers: dict[str, DataReader[Any]] = {}
+        self._answers: dict[tuple[str, int], Any] = {}
         self._goals: dict[str, Any] = {}
         self.discovered = self.reader("ros_discovery_info", ParticipantEntities, late=True, depth=100)
         self._alive = ReadCondition(self.discovered, SampleState.Any | ViewState.Any | InstanceState.Alive)
@@ -559,7 +560,11 @@ class Peer:
         return self._clients[service]
 
     def call(self, service: str, kinds: tuple[Any, Any], **request: Any) -> Any:
-        """Call a service as soon as it is matched on both sides, and return its response."""
+        """Call a service, and return its response."""
+        return self.answer(service, self.send(service, kinds, **request))
+
+    def send(self, service: str, kinds: tuple[Any, Any], **request: Any) -> int:
+        """Send a request as soon as the service is matched on both sides, and return its number."""
         if service not in self._clients:
             asked, answered = kinds
             topic = Topic(self.participant, f"rq{self._namespace}{service}Request", asked)
@@ -571,11 +576,21 @@ class Peer:
         )
         number = next(self._numbers)
         writer.write(kinds[0](guid=os.getpid(), seq=number, **request))
+        return number
 
-        def answer() -> Any:
-            return next((one for one in reader.take(100) if (one.guid, one.seq) == (os.getpid(), number)), None)
+    def answer(self, service: str, number: int) -> Any:
+        """Wait for the response to a request, and return it; a second response to any request is an error."""
+        _, reader = self._clients[service]
 
-        return until(answer, f"an answer of {service}")
+        def taken() -> Any:
+            for one in reader.take(100):
+                if one.guid == os.getpid():
+                    if (service, one.seq) in self._answers:
+                        raise ValueError(f"{service} has answered request {one.seq} twice")
+                    self._answers[service, one.seq] = one
+            return self._answers.get((service, number))
+
+        return until(taken, f"an answer of {service}")
 
 
 def uuid_of(number: int) -> Uuid:
@@ -637,7 +652,15 @@ class Commands:
         return {"success": answer.success, "message": answer.message}
 
     def command(self, task: dict[str, Any]) -> Any:
-        answer = self.peer.call("/maya_command", (CommandRequest, CommandResponse), task=primitive(task))
+        return self.command_result(**self.begin_command(task))
+
+    def begin_command(self, task: dict[str, Any]) -> Any:
+        """Send a request, and return its number without waiting for the response."""
+        kinds = (CommandRequest, CommandResponse)
+        return {"number": self.peer.send("/maya_command", kinds, task=primitive(task))}
+
+    def command_result(self, number: int) -> Any:
+        answer = self.peer.answer("/maya_command", number)
         return {"success": answer.success, "code": answer.code, "message": answer.message}
 
     def send(self, task: dict[str, Any]) -> Any:
