@@ -38,7 +38,7 @@ def main() -> None:
             Case("maya run --help", maya(nothing, "run", "--help"), "ms"),
             Case("maya fk 0.5 1.5 1.5", maya(nothing, "fk", "0.5", "1.5", "1.5"), "ms", goal),
             Case("maya ik 0.5 1.1 0.9", maya(nothing, "ik", "0.5", "1.1", "0.9"), "ms", goal),
-            Case("maya reach 0.5 1.1 0.9", maya(nothing, "reach", "0.5", "1.1", "0.9"), "ms"),
+            Case("maya reach 0.5 1.1 0.9", maya(nothing, "reach", "0.5", "1.1", "0.9"), "ms", goal),
         ]
         figures = measure(cases, rounds=15, by=median)
     report(figures)

@@ -24,7 +24,8 @@ from maya_ros.graph.table import FOLLOW, MOVE
 from maya_ros.graph.urdf import BASE, GRIPPER, PART_RADIUS, LineDivision
 from maya_un.config import Config
 from maya_un.errors import MayaError
-from maya_un.kinematics.mechanism import Floats, Mechanism, tension
+from maya_un.kinematics.closed import tension
+from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.outline import outline
 from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone

@@ -65,7 +65,7 @@ def _dispatch(rest: list[str], settings: OutputSettings) -> int:
         from maya_un.quantities import join_units
 
         rest = join_units(rest)
-    if rest[0] in {"fk", "ik"} and len(rest) == 4 and not any(word.startswith("--") for word in rest):
+    if rest[0] in {"fk", "ik", "reach"} and len(rest) == 4 and not any(word.startswith("--") for word in rest):
         from maya_un.cli import offline
 
         return offline.answer(rest[0], rest[1:], settings)

@@ -1,12 +1,13 @@
 """`maya fk|ik|reach`: kinematics without a connection to the machine.
 
-`fk` and `ik` import nothing heavy if the manual's constants apply (no file changes them) and the place is reachable.
+They import nothing heavy if the manual's constants apply (no file changes them) and the place is reachable.
 """
 
 from __future__ import annotations
 
 import os
 from contextlib import suppress
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from dmc41x3.i18n import marked, translate, translate_phrase
@@ -34,10 +35,10 @@ FINER = 2
 
 
 def answer(command: str, arguments: list[str], settings: OutputSettings) -> int:
-    """Carry out `fk` or `ik` with three arguments; raises their errors, and `InvalidValue`."""
+    """Carry out `fk`, `ik` or `reach` with three arguments; raises their errors, and `InvalidValue`."""
     if command == "fk":
         return fk(joints_of(*arguments), settings)
-    return ik(point_of(*arguments), settings)
+    return {"ik": ik, "reach": reach}[command](point_of(*arguments), settings)
 
 
 def fk(joints: Joints, settings: OutputSettings) -> int:
@@ -65,13 +66,8 @@ def ik(point: Point, settings: OutputSettings) -> int:
 
 
 def _ik(point: Point, settings: OutputSettings) -> Joints:
-    ranges = _manual(settings) if runtime.find() is None else None
-    if ranges is not None:
-        with suppress(MayaError):
-            joints = ranges.mechanism.ik(point)
-            if ranges.within(joints):
-                return joints
-    return _workspace(_in_force(settings)).require(point)
+    found = _by_the_manual(point, settings)
+    return _workspace(_in_force(settings)).require(point) if found is None else found[1]
 
 
 def reach(point: Point, settings: OutputSettings) -> int:
@@ -80,13 +76,10 @@ def reach(point: Point, settings: OutputSettings) -> int:
     The zones are those of the running robot, else of the configuration. The exit code is 0 if the point is reachable,
     else 1; both are valid results.
     """
-    from maya_un.schema.encoding import to_data
-    from maya_un.service.reachability import reach_of
-
-    found = reach_of(_workspace(_in_force(settings)), point)
+    found = _reach(point, settings)
     joints = None if found.joints is None else found.joints._asdict()
     nearest = None if found.nearest is None else found.nearest._asdict()
-    value = {**to_data(found), "joints": joints, "nearest": nearest}
+    value = {**asdict(found), "joints": joints, "nearest": nearest}
     output.answer(value, _reach_text(found, settings.language, units_of(settings)), settings)
     return output.DONE if found.reachable else output.FAILED
 
@@ -96,6 +89,31 @@ def _manual(settings: OutputSettings) -> Ranges | None:
     if settings.config is not None or os.environ.get("MAYA_CONFIG") or default_path().exists():
         return None
     return Ranges.of_the_manual()
+
+
+def _reach(point: Point, settings: OutputSettings) -> Reach:
+    quick = _by_the_manual(point, settings)
+    if quick is not None:
+        from maya_un.service.margins import reached
+
+        return reached(*quick, point)
+    from maya_un.service.reachability import reach_of
+
+    return reach_of(_workspace(_in_force(settings)), point)
+
+
+def _by_the_manual(point: Point, settings: OutputSettings) -> tuple[Ranges, Joints] | None:
+    """Return the ranges of the manual's machine, and the joints of a reachable point [m].
+
+    None if a configuration or a running robot may change the ranges, or if the point is not reachable.
+    """
+    ranges = _manual(settings) if runtime.find() is None else None
+    if ranges is not None:
+        with suppress(MayaError):
+            joints = ranges.mechanism.ik(point)
+            if ranges.within(joints):
+                return ranges, joints
+    return None
 
 
 def _workspace(config: Config) -> Workspace:

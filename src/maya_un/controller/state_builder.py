@@ -23,7 +23,8 @@ from maya_un.errors import (
     Unreachable,
 )
 from maya_un.events import EmergencyStopped, FaultEntered, LimitHit, MotionStopped, Trouble
-from maya_un.kinematics.mechanism import Mechanism, tension
+from maya_un.kinematics.closed import tension
+from maya_un.kinematics.mechanism import Mechanism
 from maya_un.schema.robot import Signals
 from maya_un.values import AXES, Joints, Mode, Notice, Point, Progress, State
 

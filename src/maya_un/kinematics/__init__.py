@@ -8,7 +8,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from maya_un.kinematics.mechanism import Floats, Mechanism, hanging, slack, tension
+    from maya_un.kinematics.closed import tension
+    from maya_un.kinematics.mechanism import Floats, Mechanism, hanging, slack
     from maya_un.kinematics.section import Section
     from maya_un.kinematics.workspace import Limit, Margins, Reason, Stroke, Verdict, Workspace
     from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
@@ -33,7 +34,8 @@ __all__ = [
 ]
 
 _HOMES = {
-    "mechanism": ("Floats", "Mechanism", "hanging", "slack", "tension"),
+    "closed": ("tension",),
+    "mechanism": ("Floats", "Mechanism", "hanging", "slack"),
     "section": ("Section",),
     "workspace": ("Limit", "Margins", "Reason", "Stroke", "Verdict", "Workspace"),
     "zones": ("Box", "Cylinder", "HalfSpace", "Zone"),

@@ -12,7 +12,7 @@ between the anchors are a triangle:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, isfinite, pi, sin, sqrt, tau
+from math import atan2, cos, hypot, inf, isfinite, pi, sin, sqrt, tau
 from typing import TYPE_CHECKING, Self
 
 from maya_un.errors import Unreachable
@@ -94,6 +94,18 @@ class ClosedForm:
             a += tau
         square = h * h
         return Joints(a, sqrt(square + u * u), sqrt(square + beyond * beyond))
+
+
+def tension(u: float, h: float, W: float) -> tuple[float, float]:
+    """Return the tensions (T_b, T_c) in multiples of the load.
+
+    The two lines together balance the weight: T_b = (W − u)/W · b/h and T_c = u/W · c/h with b = √(u² + h²),
+    c = √((W − u)² + h²). A negative tension means that this line would have to push, so it hangs slack.
+    At h = 0 and above no tension balances the load: both are infinite.
+    """
+    if h <= 0.0:
+        return inf, inf
+    return (W - u) / W * hypot(u, h) / h, u / W * hypot(W - u, h) / h
 
 
 def no_triangle(joints: Joints) -> Unreachable:

@@ -10,25 +10,13 @@ the meeting point; its weight is the unit of every tension.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, inf, sin, sqrt, tau
+from math import cos, hypot, sin, sqrt, tau
 
 import numpy as np
 from numpy.typing import NDArray
 
-from maya_un.kinematics.closed import ClosedForm, no_triangle
+from maya_un.kinematics.closed import ClosedForm, no_triangle, tension
 from maya_un.values import Joints
-
-
-def tension(u: float, h: float, W: float) -> tuple[float, float]:
-    """Return the tensions (T_b, T_c) in multiples of the load.
-
-    The two lines together balance the weight: T_b = (W − u)/W · b/h and T_c = u/W · c/h with b = √(u² + h²),
-    c = √((W − u)² + h²). A negative tension means that this line would have to push, so it hangs slack.
-    At h = 0 and above no tension balances the load: both are infinite.
-    """
-    if h <= 0.0:
-        return inf, inf
-    return (W - u) / W * hypot(u, h) / h, u / W * hypot(W - u, h) / h
 
 
 def shallowest(u: float, W: float, tension_limit: float) -> float:

@@ -7,7 +7,8 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 from maya_un import manual
-from maya_un.kinematics.closed import ClosedForm
+from maya_un.kinematics.closed import ClosedForm, tension
+from maya_un.kinematics.limits import Margins
 from maya_un.values import Joints
 
 if TYPE_CHECKING:
@@ -59,3 +60,26 @@ class Ranges:
         deepest = mechanism.height - mechanism.drop + TOLERANCE
         pull = self.tension_limit * (1.0 + TOLERANCE) * W * sqrt(square)
         return square <= deepest * deepest and (W - u) * b <= pull and u * c <= pull
+
+    def margins(self, joints: Joints) -> Margins:
+        """Return the distance to every limit except zones (see `Margins`)."""
+        a, b, c = joints
+        W = self.mechanism.width
+        u, square = self.mechanism.section(joints)
+        h = sqrt(square) if square > 0.0 else 0.0
+        pull_b, pull_c = tension(u, h, W)
+        return Margins(
+            coupling=b + c - W,
+            boom=_inside(a, self.boom),
+            inner=u,
+            outer=W - u,
+            floor=self.mechanism.reach_down - h,
+            line_b=_inside(b, self.line_b),
+            line_c=_inside(c, self.line_c),
+            tension_b=self.tension_limit - pull_b,
+            tension_c=self.tension_limit - pull_c,
+        )
+
+
+def _inside(value: float, stroke: Stroke) -> float:
+    return min(value - stroke[0], stroke[1] - value)

@@ -37,7 +37,7 @@ from maya_un.kinematics.limits import (
     in_zone,
     no_number,
 )
-from maya_un.kinematics.mechanism import Floats, Mechanism, tension
+from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.ranges import TOLERANCE, Ranges
 from maya_un.kinematics.section import Section
 from maya_un.kinematics.zones import Search, Zone, clearances, zone_of
@@ -286,23 +286,8 @@ class Workspace(Ranges):
 
     def margins(self, joints: Joints) -> Margins:
         """Return the distance to every limit (see `Margins`)."""
-        a, b, c = joints
-        W = self.mechanism.width
-        u, square = self.mechanism.section(joints)
-        h = sqrt(square) if square > 0.0 else 0.0
-        pull_b, pull_c = tension(u, h, W)
-        return Margins(
-            coupling=b + c - W,
-            boom=_inside(a, self.boom),
-            inner=u,
-            outer=W - u,
-            floor=self.mechanism.reach_down - h,
-            line_b=_inside(b, self.line_b),
-            line_c=_inside(c, self.line_c),
-            tension_b=self.tension_limit - pull_b,
-            tension_c=self.tension_limit - pull_c,
-            zones=tuple((zone.name, zone.clearance(self.mechanism, joints)) for zone in self.zones),
-        )
+        clearances = tuple((zone.name, zone.clearance(self.mechanism, joints)) for zone in self.zones)
+        return Ranges.margins(self, joints)._replace(zones=clearances)
 
     def check(self, joints: Joints) -> Verdict:
         """Return the distance to every limit, and the reason if one is broken."""
@@ -468,10 +453,6 @@ class Workspace(Ranges):
 
 def _is_sensible(target: Point | Joints) -> bool:
     return all(abs(number) <= FARTHEST for number in target)
-
-
-def _inside(value: float, stroke: Stroke) -> float:
-    return min(value - stroke[0], stroke[1] - value)
 
 
 def _nothing_left(target: Point) -> Unreachable:

@@ -1,28 +1,17 @@
-"""Whether the gripper can reach points, by which margins, the margins of the robot, and the shape of the workspace."""
+"""Whether the gripper can reach points, by which margins, and the shape of the workspace."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
 from maya_un.errors import Unreachable
-from maya_un.kinematics.limits import Limit, Margins, unit
 from maya_un.kinematics.outline import outline, rings
 from maya_un.kinematics.workspace import Workspace
-from maya_un.schema.previews import (
-    Broken,
-    Distance,
-    NearestLimits,
-    Range,
-    Reach,
-    Reachability,
-    SectionPoint,
-    WorkspaceShape,
-)
-from maya_un.values import Joints, Point
+from maya_un.schema.previews import Broken, Range, Reach, Reachability, SectionPoint, WorkspaceShape
+from maya_un.service.margins import reached
+from maya_un.values import Point
 
 
 def reach_of(workspace: Workspace, point: Point) -> Reach:
@@ -31,10 +20,7 @@ def reach_of(workspace: Workspace, point: Point) -> Reach:
     if reasons:
         broken = tuple(Broken(one.limit, one.zone, one.excess, one.unit, one.text) for one in reasons)
         return Reach(False, None, str(reasons[0]), _nearest(workspace, point), broken=broken)
-    joints = workspace.require(point)
-    found = workspace.margins(joints)
-    pulls = (workspace.tension_limit - found.tension_b, workspace.tension_limit - found.tension_c)
-    return Reach(True, joints, None, point, _distances(found), pulls)
+    return reached(workspace, workspace.require(point), point)
 
 
 def _nearest(workspace: Workspace, point: Point) -> Point | None:
@@ -42,31 +28,6 @@ def _nearest(workspace: Workspace, point: Point) -> Point | None:
         return workspace.nearest(point)
     except Unreachable:
         return None
-
-
-class MarginSnapshot(NamedTuple):
-    """The position of the robot in its workspace (rad, m, m). A zone takes 0.1 ms, so the robot's loop has no time."""
-
-    workspace: Workspace
-    joints: Joints
-
-    def view(self) -> NearestLimits:
-        """Return the nearest limits."""
-        return _nearest_limits(self.workspace, self.joints)
-
-
-@lru_cache(maxsize=4)
-def _nearest_limits(workspace: Workspace, joints: Joints) -> NearestLimits:
-    least: dict[str, Distance] = {}
-    for one in _distances(workspace.margins(joints)):
-        if one.unit not in least or one.margin < least[one.unit].margin:
-            least[one.unit] = one
-    return NearestLimits(tuple(least.values()))
-
-
-def _distances(found: Margins) -> tuple[Distance, ...]:
-    distances = [Distance(limit, "", margin, unit(limit)) for limit, margin in found.limits.items()]
-    return (*distances, *(Distance(Limit.ZONE, zone, clearance, "m") for zone, clearance in found.zones))
 
 
 def reachability_of(workspace: Workspace, points: Sequence[Point]) -> Reachability:

@@ -57,12 +57,13 @@ from maya_un.service.computing import Computing
 from maya_un.service.configuring import ConfigService
 from maya_un.service.direct import PATIENCE, DirectCommands, HeldJogs
 from maya_un.service.fleet import FleetService
+from maya_un.service.margins import MarginSnapshot
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
 from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
-from maya_un.service.reachability import MarginSnapshot, reach_of
+from maya_un.service.reachability import reach_of
 from maya_un.service.twin import FaultInjector, TwinService
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers

@@ -18,7 +18,9 @@ from maya_un.config import Config
 from maya_un.kinematics.ranges import Ranges
 from maya_un.kinematics.workspace import Workspace
 from maya_un.runtime import Running
-from maya_un.values import Joints
+from maya_un.service.margins import reached
+from maya_un.service.reachability import reach_of
+from maya_un.values import Joints, Point
 from tests.unit.cli.servers import http_service
 
 
@@ -165,12 +167,21 @@ def test_the_configuration_named_is_the_one_used(tmp_path: Path, capsys: pytest.
     assert answered(f"reach 0 1.3 2.0 --config {file}", capsys, code=1)["reachable"] is False
 
 
-def test_fk_imports_no_arrays() -> None:
-    program = (
-        "import sys; from maya_un.cli.main import main; main('fk 0.5 1.5 1.5'.split()); print('numpy' in sys.modules)"
-    )
+@pytest.mark.parametrize("line", ["fk 0.5 1.5 1.5", "ik 0.5 1.1 0.9", "reach 0.5 1.1 0.9"])
+def test_the_kinematics_of_the_manual_import_no_arrays(line: str) -> None:
+    program = f"import sys; from maya_un.cli.main import main; main({line!r}.split()); print('numpy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "False"
+
+
+@given(x=st.floats(-0.5, 2.0), y=st.floats(0.5, 2.0), z=st.floats(0.0, 2.0))
+def test_the_ranges_of_the_manual_reach_as_the_workspace_of_the_defaults(x: float, y: float, z: float) -> None:
+    point, ranges = Point(x, y, z), Ranges.of_the_manual()
+    whole = reach_of(Workspace.of(Config()), point)
+    joints = ranges.mechanism.ik(point) if whole.reachable else Joints(0.0, 0.0, 0.0)
+    assert ranges.within(joints) is whole.reachable
+    if whole.reachable:
+        assert reached(ranges, joints, point) == whole
 
 
 @given(a=st.floats(-0.5, 4.0), b=st.floats(0.2, 3.0), c=st.floats(0.2, 3.0))

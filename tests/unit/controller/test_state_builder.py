@@ -11,7 +11,8 @@ from maya_un.config.files import parse
 from maya_un.controller import state_builder
 from maya_un.controller.state_builder import ControllerStatus, StateBuilder
 from maya_un.errors import FollowingError, MayaError
-from maya_un.kinematics.mechanism import Mechanism, tension
+from maya_un.kinematics.closed import tension
+from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints, Mode, Progress
 from tests.unit.controller.bench import record_of
 

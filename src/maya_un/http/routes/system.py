@@ -60,9 +60,9 @@ from maya_un.schema.robot import (
     TableView,
 )
 from maya_un.service.access.operations import Operation
+from maya_un.service.margins import MarginSnapshot
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.queueing import MOST_EVENTS
-from maya_un.service.reachability import MarginSnapshot
 from maya_un.service.service import Service
 from maya_un.values import Mode, Notice
 

@@ -28,9 +28,9 @@ from maya_un.schema.people import Permissions
 from maya_un.schema.previews import NearestLimits
 from maya_un.schema.robot import LinkView, MotionView, Signals, TableView
 from maya_un.service.access.operations import LOCAL, Caller
+from maya_un.service.margins import MarginSnapshot
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.permissions import as_permissions
-from maya_un.service.reachability import MarginSnapshot
 from maya_un.service.service import Service
 
 PERIOD = 0.1
