@@ -184,7 +184,9 @@ class _Forker:
                 env=env,
                 pass_fds=[theirs.fileno()],
             )
-        return cls(ours, process)
+        started = cls(ours, process)
+        atexit.register(started._end)
+        return started
 
     @classmethod
     def of_program(cls, address: bytes) -> _Forker:
@@ -200,6 +202,12 @@ class _Forker:
             answer = self._socket.recv(16)
         assert answer, "the forking process has ended"
         return int(answer)
+
+    def _end(self) -> None:
+        """End the forking process: it reads the end of the connection."""
+        self._socket.close()
+        if self._process is not None:
+            self._process.communicate()
 
 
 _address = b""
