@@ -31,6 +31,7 @@ export const HISTORY = words({
   predictedOf: ["predicted {time}", "previsto {time}"],
   pair: ["predicted {predicted}, actual {actual}, {difference}", "previsto {predicted}, real {actual}, {difference}"],
   homingNote: ["The duration of homing cannot be predicted. The comparison leaves it out; the time of the whole job includes it.", "La duración del referenciado no se puede prever. La comparación no lo incluye; el tiempo del trabajo entero sí."],
+  speedNote: ["Predicted times of ended steps are for a speed of 100 %.", "Los tiempos previstos de los pasos terminados son para una velocidad del 100 %."],
   began: ["Began", "Comenzó"],
   ended: ["Ended", "Terminó"],
   submitted: ["Submitted", "Enviado"],
