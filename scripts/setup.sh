@@ -66,18 +66,16 @@ provide_system() {
 provide_clients() {
     clients=$root/.venv-clients
     lock=$root/requirements-clients.lock
-    if current "$clients" stamp "$lock"; then
-        return
-    fi
-    provide_system
-    say "Setting up .venv-clients (once; about a minute) ..."
-    rm -rf "$clients"
-    "$python" -m venv "$clients"
-    pip="$clients/bin/python -m pip --disable-pip-version-check --quiet"
-    name_certificates
-    $pip install --require-hashes --only-binary :all: --no-deps -r "$lock"
-    printf '%s\n' "$root/src" >"$("$clients/bin/python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')/maya-un.pth"
-    origin "$clients" "$lock" >"$clients/stamp"
+    (
+        flock 9 # ./test sets it up beside other things, and another ./test may have been interrupted there
+        ! current "$clients" stamp "$lock" || exit 0
+        provide_system
+        empty_environment "$clients" "$python"
+        install_locked "$clients" "$lock" --no-deps
+        packages=$("$clients/bin/python" -c 'import sysconfig; print(sysconfig.get_paths()["purelib"])')
+        printf '%s\n' "$root/src" >"$packages/maya-un.pth"
+        origin "$clients" "$lock" >"$clients/stamp"
+    ) 9<"$lock"
 }
 
 # provide_peers: .venv-peers holds the programs that a user would pick instead of a part of Maya, at the versions and
@@ -89,13 +87,9 @@ provide_peers() {
         return
     fi
     provide_system
-    say "Setting up .venv-peers (once; some minutes) ..."
-    rm -rf "$peers"
-    "$python" -m venv "$peers"
-    pip="$peers/bin/python -m pip --disable-pip-version-check --quiet"
-    name_certificates
-    $pip install --require-hashes --only-binary :all: -r "$lock"
-    $pip install --no-deps --no-build-isolation -e "$root"
+    empty_environment "$peers" "$python"
+    install_locked "$peers" "$lock"
+    install_project "$peers"
     origin "$peers" "$root/pyproject.toml" "$lock" >"$peers/stamp"
 }
 
@@ -195,31 +189,51 @@ stands() {
     current "$venv" "stamp-$1" "$root/pyproject.toml" "$root/$1"
 }
 
-# Where neither pip's configuration nor the surroundings name certificates, the system's are taken: a site may
-# have added its own to them.
-name_certificates() {
-    if [ -z "${PIP_CERT-}${REQUESTS_CA_BUNDLE-}" ] && ! $pip config get global.cert >/dev/null 2>&1; then
+# empty_environment ENVIRONMENT PYTHON [OPTION...]: a new environment of a Python, without packages.
+empty_environment() {
+    environment=$1
+    made_by=$2
+    shift 2
+    say "Setting up ${environment##*/} (once; a minute or more) ..."
+    rm -rf "$environment"
+    "$made_by" -m venv "$@" "$environment"
+}
+
+# install_locked ENVIRONMENT LOCK [OPTION...]: the packages of a lock, each with the hash that stands there.
+install_locked() {
+    environment=$1
+    locked=$2
+    shift 2
+    pip_of "$environment" install --require-hashes --only-binary :all: "$@" -r "$locked"
+}
+
+# install_project ENVIRONMENT: this project, editable, without what it needs.
+install_project() {
+    pip_of "$1" install --no-deps --no-build-isolation -e "$root"
+}
+
+# pip_of ENVIRONMENT ARGUMENT...: its pip. Where neither pip's configuration nor the surroundings name certificates, the
+# system's are taken: a site may have added its own to them.
+pip_of() {
+    interpreter=$1/bin/python
+    shift
+    if [ -z "${PIP_CERT-}${REQUESTS_CA_BUNDLE-}" ] && ! "$interpreter" -m pip config get global.cert >/dev/null 2>&1; then
         PIP_CERT=$certificates
         export PIP_CERT
     fi
+    "$interpreter" -m pip --disable-pip-version-check --quiet "$@"
 }
 
-# provide_environment LOCK: .venv holds the packages of LOCK, each with the hash that stands there, and this
-# project, editable. The development lock contains the run-time one, so an environment made for it serves both.
+# provide_environment LOCK: .venv holds the packages of LOCK and this project. The development lock contains the run-time
+# one, so an environment made for it serves both.
 provide_environment() {
     if stands requirements-dev.lock || stands "$1"; then
         return
     fi
     provide_system
-    say "Setting up .venv from $1 (once; about a minute) ..."
-    if ! stands requirements.lock; then
-        rm -rf "$venv"
-        "$python" -m venv "$venv"
-    fi
-    pip="$venv/bin/python -m pip --disable-pip-version-check --quiet"
-    name_certificates
-    $pip install --require-hashes --only-binary :all: -r "$root/$1"
-    $pip install --no-deps --no-build-isolation -e "$root"
+    stands requirements.lock || empty_environment "$venv" "$python"
+    install_locked "$venv" "$root/$1"
+    install_project "$venv"
     origin "$venv" "$root/pyproject.toml" "$root/$1" >"$venv/stamp-$1"
 }
 
@@ -286,23 +300,17 @@ provide_ros() {
         return
     fi
     [ -s "$certificates" ] || install_packages ca-certificates
-    say "Setting up .venv-ros (once; about a minute) ..."
-    rm -rf "$venv_ros"
-    /usr/bin/python3 -m venv --system-site-packages "$venv_ros"
-    pip="$venv_ros/bin/python -m pip --disable-pip-version-check --quiet"
-    name_certificates
-    $pip install --require-hashes --only-binary :all: -r "$root/requirements.lock"
-    $pip install --no-deps --no-build-isolation -e "$root"
+    empty_environment "$venv_ros" /usr/bin/python3 --system-site-packages
+    install_locked "$venv_ros" "$root/requirements.lock"
+    install_project "$venv_ros"
     origin "$venv_ros" "$root/pyproject.toml" "$root/requirements.lock" >"$venv_ros/stamp"
 }
 
 # provide_dds: what the node ros2 needs beside that: an extra, which .venv-ros has for the tests; there is none for ARM.
 provide_dds() {
     [ "$(uname -m)" = x86_64 ] && ! "$venv_ros/bin/python" -c 'import cyclonedds' 2>/dev/null || return 0
-    pip="$venv_ros/bin/python -m pip --disable-pip-version-check --quiet"
-    name_certificates
     sed -n '/^cyclonedds==/,/[^\\]$/p' "$root/requirements-dev.lock" >"$venv_ros/dds.lock"
-    $pip install --require-hashes --only-binary :all: --no-deps -r "$venv_ros/dds.lock"
+    install_locked "$venv_ros" "$venv_ros/dds.lock" --no-deps
 }
 
 # offer_rqt: ask at a terminal whether to install rqt with the plugins of the dashboard's perspective; elsewhere, and

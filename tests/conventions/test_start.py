@@ -51,6 +51,7 @@ FREQUENT = [
     "stop --address /dev/no-such-port",
     "fk 0.5 1.5 1.5",
     "ik 0.5 1.1 0.9",
+    "reach 0.5 1.1 0.9",
 ]
 PARSED = ["queue", "job list", "pick 0.5 1.1"]
 """Command lines that need the parser of all commands, and a service."""
@@ -61,7 +62,7 @@ ONLY_PARSED = ["run --help", "config --help", "pick"]
 
 @pytest.mark.parametrize("line", FREQUENT)
 def test_a_frequent_command_imports_nothing_heavy(line: str, tmp_path: Path) -> None:
-    light = {"maya_un.kinematics"} if line[:2] in {"fk", "ik"} else set[str]()
+    light = {"maya_un.kinematics"} if line.split(maxsplit=1)[0] in {"fk", "ik", "reach"} else set[str]()
     assert heavy(line, tmp_path) - light == set()
 
 

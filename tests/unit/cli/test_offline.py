@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -165,13 +163,6 @@ def test_the_configuration_named_is_the_one_used(tmp_path: Path, capsys: pytest.
     file.write_text("[safety]\ntension_limit = 2.0\n")
     assert answered("reach 0 1.3 2.0", capsys)["reachable"] is True
     assert answered(f"reach 0 1.3 2.0 --config {file}", capsys, code=1)["reachable"] is False
-
-
-@pytest.mark.parametrize("line", ["fk 0.5 1.5 1.5", "ik 0.5 1.1 0.9", "reach 0.5 1.1 0.9"])
-def test_the_kinematics_of_the_manual_import_no_arrays(line: str) -> None:
-    program = f"import sys; from maya_un.cli.main import main; main({line!r}.split()); print('numpy' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "False"
 
 
 @given(x=st.floats(-0.5, 2.0), y=st.floats(0.5, 2.0), z=st.floats(0.0, 2.0))
