@@ -77,7 +77,8 @@ def test_the_command_hands_seed_and_size_on_and_keeps_the_rest(words: list[str],
     (tmp_path / "scripts").mkdir()
     (tmp_path / "scripts" / "setup.sh").write_text(
         f"venv={tmp_path}/venv\nbrowser=none\nfail() {{ exit 9; }}\n"
-        "provide_environment() { :; }\nprovide_clients() { :; }\nprovide_command() { :; }\nprovide_broker() { :; }\n"
+        "keep_bytecode() { :; }\nprovide_environment() { :; }\nprovide_clients() { :; }\n"
+        "provide_command() { :; }\nprovide_broker() { :; }\n"
         "provide_scripts() { :; }\nprovide_ros() { :; }\nprovide_dds() { :; }\n"
         "browser_can_be() { :; }\n"
         "ros_can_be() { :; }\n",
