@@ -72,22 +72,29 @@ def timed(work: Callable[[], object], calls: int = 1) -> Sample:
     return sample
 
 
-def measure(cases: Sequence[Case], rounds: int, by: Callable[[list[float]], float] = min) -> list[Figure]:
-    """Sample all cases in turn, `rounds` times after one that does not count; `by` picks the sample to compare."""
+def measure(
+    cases: Sequence[Case], rounds: int, by: Callable[[list[float]], float] = min, *, paired: bool = False
+) -> list[Figure]:
+    """Sample all cases in turn, `rounds` times after one that does not count.
+
+    `by` picks the sample to compare. If `paired`, the samples of each round are compared instead, and the median of
+    these comparisons counts: then a load that changes between the rounds changes the comparison least.
+    """
     for case in cases:
         case.sample()
     samples: dict[str, list[float]] = {case.name: [] for case in cases}
     for _ in range(rounds):
         for case in cases:
             samples[case.name].append(case.sample())
-    picked = {name: by(taken) for name, taken in samples.items()}
+    together = list(zip(*samples.values(), strict=True)) if paired else [tuple(map(by, samples.values()))]
+    picked = [dict(zip(samples, some, strict=True)) for some in together]
     return [_figure(case, samples[case.name], picked) for case in cases]
 
 
-def _figure(case: Case, samples: list[float], picked: dict[str, float]) -> Figure:
+def _figure(case: Case, samples: list[float], picked: list[dict[str, float]]) -> Figure:
     scale = SCALES[case.unit]
     goal = case.goal
-    compared = None if goal is None else _compared(picked[case.name], goal, picked, scale)
+    compared = None if goal is None else median(_compared(some[case.name], goal, some, scale) for some in picked)
     return Figure(
         name=case.name,
         unit=case.unit,

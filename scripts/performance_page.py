@@ -33,8 +33,9 @@ fewer sizes. The file keeps the last two runs.
 """
 
 RATIOS = """
-The ratio is the cost of a program divided by the cost of Maya in the same run. Above 1 Maya is faster, below 1 Maya is
-slower. It compares the best of all samples. The last column is the greatest difference from the answer of Maya.
+The ratio is the cost of a program divided by the cost of Maya. Above 1 Maya is faster, below 1 Maya is slower. The
+programs take turns: each round measures all of them once and gives a ratio. The table has the median of these ratios.
+The last column is the greatest difference from the answer of Maya.
 """
 
 DIFFERENCES = {

@@ -91,7 +91,7 @@ def rows(contest: Contest, rounds: int) -> list[Row]:
     blanks = {side.program: _answered(contest, side, expected) for side in contest.sides}
     agreed = [side for side in contest.sides if not blanks[side.program].error]
     to = Goal(inf, to=OURS)  # only to compare: every ratio is below it
-    figures = measure([Case(side.program, side.sample, contest.unit, to) for side in agreed], rounds)
+    figures = measure([Case(side.program, side.sample, contest.unit, to) for side in agreed], rounds, paired=True)
     filled = {figure.name: _filled(blanks[figure.name], figure) for figure in figures}
     return [filled.get(program, blank) for program, blank in blanks.items()]
 

@@ -60,6 +60,13 @@ def test_the_sample_to_compare_can_be_the_median() -> None:
     assert measure(cases, rounds=3, by=median)[1].compared == 3.0
 
 
+@pytest.mark.parametrize(("paired", "compared"), [(False, 3.0), (True, 2.0)])
+def test_samples_of_a_round_can_be_compared_with_each_other(paired: bool, compared: float) -> None:
+    base, ours = samples(4.0, 1.0, 2.0), samples(8.0, 3.0, 4.0)
+    found = measure([Case("base", base), Case("ours", ours, goal=Goal(2.0, "base"))], rounds=3, paired=paired)
+    assert found[1].compared == compared
+
+
 def test_a_sample_is_the_mean_of_its_calls() -> None:
     calls: list[int] = []
     assert timed(lambda: calls.append(1), 50)() > 0.0
