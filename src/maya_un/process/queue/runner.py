@@ -155,12 +155,13 @@ class JobRunner:
         item, shared = self._item, self._shared
         if item.record is None:
             item.record = JobRecord(await shared.foresight.expanded(item.row.body))
+            await asyncio.sleep(0)  # a long job takes the loop for milliseconds here, and again below
         record = item.record
         self._done = record.done
         tasks = [step.task for step in record.remaining]
         outlook = await shared.foresight.walk(tasks, shared.robot.pose, record.answers)
         preview = outlook.preview
-        record.previewed(preview, outlook.end)
+        await record.previewed(preview, outlook.end)
         if preview.refusal is not None:
             raise _Refused(record.steps[preview.refusal.index - 1], preview.refusal.notice)
 
