@@ -240,7 +240,11 @@ provide_environment() {
         return
     fi
     provide_system
-    stands requirements.lock || empty_environment "$venv" "$python"
+    if stands requirements.lock; then
+        say "Installing the rest of $1 in .venv (once; a minute or more) ..."
+    else
+        empty_environment "$venv" "$python"
+    fi
     install_locked "$venv" "$root/$1"
     install_project "$venv"
     origin "$venv" "$root/pyproject.toml" "$root/$1" >"$venv/stamp-$1"
