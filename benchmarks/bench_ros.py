@@ -1,4 +1,4 @@
-"""What the nodes cost: a service that is answered from the snapshot, and the position 50 times a second.
+"""What the nodes cost: a launch, a service that is answered from the snapshot, and the position 50 times a second.
 
 /maya_command can_teleop is called in turns with an empty service of rospy's own, by one process: over a connection that
 is kept, and over a new one for every call. The servers are bound to one CPU, the caller to another. What the position
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -58,6 +59,13 @@ def robot() -> Iterator[Ros]:
         yield ros
 
 
+def launched() -> float:
+    """Return the time from roslaunch, its master included, until the robot layer is offered [s]."""
+    start = time.perf_counter()
+    with robot():
+        return time.perf_counter() - start
+
+
 def peer(ros: Ros, what: str) -> Program:
     """Start a process of `ros_peer`."""
     program = ros.start(str(workspace.python()), PEER, what)
@@ -91,6 +99,7 @@ def main() -> None:
     if reason is not None:
         print(f"left out: {reason}", file=sys.stderr)
         return
+    figures = measure([Case("robot.launch, ready", launched, "s", Goal(8.0))], 3)
     with robot() as ros:
         empty, caller = peer(ros, "empty"), peer(ros, "calls")
         answers = caller.follow()
@@ -112,7 +121,7 @@ def main() -> None:
                 goal=Goal(1.5, "an empty service, new"),
             ),
         ]  # fmt: skip
-        figures = measure(cases, 15, by=median)
+        figures += measure(cases, 15, by=median)
     with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide()) as ros:
         sensors = peer(ros, "sensors")
         peer(ros, "listens")

@@ -1,10 +1,11 @@
-"""How long the command line takes to start, over a Python that does nothing."""
+"""How long the command line takes to start, over a Python that does nothing, and `maya up` until it is ready."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Mapping
 from statistics import median
 
@@ -24,6 +25,13 @@ def maya(environment: Mapping[str, str], *words: str) -> Sample:
     return timed(command(environment, MAYA, *words))
 
 
+def ready() -> float:
+    """Return the time from the start of a `maya up` until it is ready [s]."""
+    start = time.perf_counter()
+    with service():
+        return time.perf_counter() - start
+
+
 def main() -> None:
     goal = Goal(100.0, to=BARE, kind="over")
     with service() as running, tempfile.TemporaryDirectory() as folder:
@@ -41,6 +49,7 @@ def main() -> None:
             Case("maya reach 0.5 1.1 0.9", maya(nothing, "reach", "0.5", "1.1", "0.9"), "ms", goal),
         ]
         figures = measure(cases, rounds=15, by=median)
+    figures += measure([Case("maya up, ready", ready, "ms", Goal(1000.0))], rounds=5)
     report(figures)
 
 
