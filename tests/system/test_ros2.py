@@ -50,7 +50,7 @@ TABLE_HERE, TABLE_THERE = Point(0.5, 1.2, 0.4), Point(0.9, 0.9, 0.4)
 """Two places for the part."""
 NEAR = 2e-3
 RESTING = 1e-4
-"""What an axis may turn or travel at rest, where the motor holds it [rad, m]."""
+"""The most that an axis may turn or travel at rest, where the motor holds it [rad, m]."""
 
 Place = tuple[float, float, float]
 
