@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.conventions.source import ROOT
-from tests.secrecy import secret
+from tests.secrecy import PIECE, secret
 
 TEST = """
 def test_it(tmp_path):
@@ -23,6 +23,7 @@ def test_it(tmp_path):
     [
         ("-n1", "maya.log", secret("key"), 1),
         ("-n0", "maya.log", secret("key"), 1),
+        ("-n0", "maya.log", "." * (PIECE - 9) + secret("key"), 1),
         ("-n0", "maya.log", "nothing", 0),
         ("-n0", "maya.secret", secret("key"), 0),
     ],
