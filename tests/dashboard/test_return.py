@@ -159,7 +159,7 @@ def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
 
 def test_a_decision_can_wait(own: Service, kept_tab: Tab) -> None:
     job = own.ask("POST /v1/jobs", LONG_JOB)["id"]
-    own.until(lambda report: report["steps"][0]["state"] == "running", f"/v1/jobs/{job}")
+    own.until(lambda queue: queue["running"] is not None, "/v1/queue")
     come_back(own, kept_tab)
     kept_tab.until("document.querySelector('[data-recovery]')")
     kept_tab.page.keyboard.press("Escape")

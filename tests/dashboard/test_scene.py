@@ -37,6 +37,33 @@ def picture(tab: Tab) -> bytes:
     return tab.page.locator("[data-scene]").screenshot()
 
 
+PICTURES = """window.pictures = 0;
+const clear = WebGL2RenderingContext.prototype.clear;
+WebGL2RenderingContext.prototype.clear = function (...parts) { window.pictures += 1; return clear.apply(this, parts); };
+"""
+"""Counts the pictures of a page, as each one begins with a clear canvas."""
+
+MESSAGES = 40
+"""In so many messages of the stream, signals change and the robot does not."""
+
+
+def test_a_robot_at_rest_is_drawn_once_a_second_for_its_trace(robot: Service, tab_of: Callable[..., Tab]) -> None:
+    tab = tab_of(robot)
+    tab.page.add_init_script(PICTURES)
+    messages: list[int] = []
+    tab.page.on("websocket", lambda socket: socket.on("framereceived", lambda _: messages.append(1)))
+    tab.open("/")
+    tab.until(DRAWN)
+
+    def still() -> bool:
+        before, heard = tab.get("[performance.now() / 1000, window.pictures]"), len(messages)
+        eventually(lambda: tab.get("true") and len(messages) >= heard + MESSAGES, "messages of the stream")
+        after = tab.get("[performance.now() / 1000, window.pictures]")
+        return after[1] - before[1] <= after[0] - before[0] + 1.0
+
+    eventually(still, "a picture that stays", told=tab.text)
+
+
 def test_the_ghost_of_the_next_step_goes_when_the_step_begins(robot: Service, tab_of: Callable[..., Tab]) -> None:
     tab = tab_of(robot, bypass_csp=True)
     tab.open("/")
@@ -185,6 +212,7 @@ def test_a_finger_drags_a_grip_and_scrolls_beside_it(taught: Service, tab_of: Ca
     tab = tab_of(taught, width=390, height=844, has_touch=True)
     tab.open("/teach")
     edit(tab, "poses")
+    tab.until("document.querySelector('[data-reach]')", "the answer whether the robot gets there, which moves the view")
     tab.page.locator("[data-scene]").scroll_into_view_if_needed()
     finger = tab.page.context.new_cdp_session(tab.page)
 

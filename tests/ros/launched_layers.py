@@ -188,7 +188,7 @@ class LaunchedLayers:
 
     def eventually(self, fact: Any, what: str) -> None:
         """Wait until something is so."""
-        eventually(fact, what, 30.0, lambda: self.launched.said)
+        eventually(fact, what, told=lambda: self.launched.said)
 
     def unharmed(self) -> None:
         """Fail where the mechanics saw something that must not be."""

@@ -238,7 +238,8 @@ def test_the_robot_moves_while_a_button_is_held_and_stops_when_it_is_let_go(read
     slow_down(ready, driver, 1.0, "100 %")
 
 
-def test_keys_move_the_robot_only_with_the_focus(ready: Screen) -> None:
+def test_keys_move_the_robot_only_with_the_focus(ready: Screen, driver: Driver) -> None:
+    slow_down(ready, driver, 0.02, "5 %")  # the path of the held key outlasts the test
     motions = words(ready).count("moving")  # the end of an earlier motion may still be reported
     ready.ask("focus", name="field_x")
     ready.ask("key", key="PageUp")
@@ -253,6 +254,7 @@ def test_keys_move_the_robot_only_with_the_focus(ready: Screen) -> None:
     ready.ask("unfocus")
     ready.wait("mode", "Ready")
     assert not ready.read("keys")["checked"]
+    slow_down(ready, driver, 1.0, "100 %")
 
 
 @pytest.mark.waits("4 s of homing at sixty times real speed, for the second key, as the first has stopped a homing")

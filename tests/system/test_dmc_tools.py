@@ -17,11 +17,12 @@ def test_a_capture_of_a_foreign_client_replays_without_a_difference(tmp_path: Pa
     file = tmp_path / "w.jsonl"
     with running(f"dmc capture sim --listen 0 --out {file}") as between:
         address = between.until("Listening on").split()[2]
-        assert done(f"dmc send {address} ID SHA PRA=1000 BGA QR")[0] == 0
+        slow = "SPA=20"  # so that a delay of a second moves the axis by less than may differ
+        assert done(f"dmc send {address} ID SHA {slow} PRA=1000 BGA QR")[0] == 0
         between.send(signal.SIGINT)
         assert between.end()[0] == 0
     code, said = done(f"dmc replay {file}")
-    assert (code, said) == (0, "5 commands; 0 answers differ from the recording.\n")
+    assert (code, said) == (0, "6 commands; 0 answers differ from the recording.\n")
     file.write_text(file.read_text(encoding="utf-8").replace("4103", "4105"), encoding="utf-8")
     file.write_text(file.read_text(encoding="utf-8").replace('"data": ":"', '"data": "?"'), encoding="utf-8")
     code, said = done(f"dmc replay {file}")

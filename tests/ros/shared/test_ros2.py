@@ -185,7 +185,7 @@ def introduce(edges: AllEdges) -> None:
         edges.bridge.say(op="publish", topic="/send_task", msg=primitive("gripper", open_=True))
         return "gripper_open" in edges.robot.words(before)
 
-    edges.robot.eventually(heard, "a job of rosbridge")
+    eventually(heard, "a job of rosbridge", told=lambda: edges.robot.launched.said, pause=2.0)  # jobs must not pile up
     edges.robot.eventually(lambda: waiting(edges.robot) == 0, "an empty queue")
     edges.robot.until_homed()
 

@@ -25,6 +25,15 @@ const FORESIGHT = 0.075;
 const TRACE_SECONDS = 30;
 const MOST_TRACE = 900;
 
+/** Places closer than this look the same [m]. */
+const SAME = 5e-4;
+
+/** A change of a line's tension below this share of the range of colours is not seen. */
+const SAME_COLOUR = 0.02;
+
+/** Period at which the trace of a robot at rest gets shorter [ms]. */
+const FADING = 1000;
+
 /** Up to this distance a person can move the camera away [m]. */
 const FARTHEST = 8;
 
@@ -50,13 +59,14 @@ export class RobotView {
   readonly places = new PlacesLayer(() => this.request());
   readonly grips: Grips;
   private readonly readers = new Set<() => void>();
-  private readonly track: { at: number; x: number; y: number; z: number }[] = [];
+  private readonly track: { at: number; point: Point }[] = [];
   private latest: { state: Pose; at: number } | null = null;
   private given: readonly (readonly [number, number, number])[] | null = null;
   private tension: [number, number] | null = null;
   private view: View = "perspective";
   private turned = false;
   private asked = 0;
+  private fading = 0;
   private drawn = 0;
   private readonly slow: boolean;
   private readonly observer: ResizeObserver;
@@ -94,6 +104,7 @@ export class RobotView {
   /** Ends everything that this view holds. */
   dispose(): void {
     cancelAnimationFrame(this.asked);
+    clearTimeout(this.fading);
     this.observer.disconnect();
     this.controls.dispose();
     free(this.scene);
@@ -105,13 +116,11 @@ export class RobotView {
   setState(state: Pose | null): void {
     const before = this.latest;
     this.latest = state === null ? null : { state, at: performance.now() };
-    if (state?.point && this.given === null && this.placeChanged(state)) {
-      const [x, y, z] = state.point;
-      this.track.push({ at: performance.now(), x, y, z });
+    if (state?.point && this.given === null && !samePlace(state.point, this.track.at(-1)?.point)) {
+      this.track.push({ at: performance.now(), point: state.point });
       this.shorten(); // a hidden page draws nothing for hours
     }
-    if (state === null && before === null) return;
-    this.request();
+    if (!looksSame(state, before?.state ?? null)) this.request();
   }
 
   /** Draws these points as the trace, instead of the places of the last seconds. */
@@ -121,8 +130,9 @@ export class RobotView {
   }
 
   setTension(tension: [number, number] | null): void {
+    const before = [this.shareOfTension(0), this.shareOfTension(1)];
     this.tension = tension;
-    this.request();
+    if (before.some((share, i) => Math.abs(this.shareOfTension(i as 0 | 1) - share) > SAME_COLOUR)) this.request();
   }
 
   /** Draws the path of the motion under way. */
@@ -231,12 +241,6 @@ export class RobotView {
     this.request();
   }
 
-  private placeChanged(state: Pose): boolean {
-    const last = this.track.at(-1);
-    if (!last || !state.point) return true;
-    return Math.hypot(state.point[0] - last.x, state.point[1] - last.y, state.point[2] - last.z) > 5e-4;
-  }
-
   private build(): void {
     const { height, length } = this.config.geometry;
     const side = length * 1.25;
@@ -278,7 +282,9 @@ export class RobotView {
       const goesOn = this.pose();
       this.renderer.render(this.scene, this.camera);
       for (const reader of this.readers) reader();
+      clearTimeout(this.fading);
       if (goesOn) this.request();
+      else if (this.track.length > 0) this.fading = window.setTimeout(() => this.request(), FADING);
     });
   }
 
@@ -303,10 +309,14 @@ export class RobotView {
   }
 
   private colourOfTension(line: 0 | 1): THREE.Color {
-    const calm = new THREE.Color(token("slack"));
+    return new THREE.Color(token("slack")).lerp(new THREE.Color(token("stop")), this.shareOfTension(line));
+  }
+
+  /** Returns where the tension of a line is between slack, 0, and its limit, 1. */
+  private shareOfTension(line: 0 | 1): number {
     const value = this.tension?.[line] ?? 0;
     const limit = this.config.safety.tension_limit;
-    return calm.lerp(new THREE.Color(token("stop")), Math.min(1, Math.max(0, (value - SLACK) / Math.max(0.1, limit - SLACK))));
+    return Math.min(1, Math.max(0, (value - SLACK) / Math.max(0.1, limit - SLACK)));
   }
 
   private shorten(): void {
@@ -320,8 +330,20 @@ export class RobotView {
       return;
     }
     this.shorten();
-    fill(this.trace, this.track.map((one) => [one.x, one.y, one.z]));
+    fill(this.trace, this.track.map((one) => one.point));
   }
+}
+
+function samePlace(one: Point, other: Point | undefined): boolean {
+  return other !== undefined && Math.hypot(one[0] - other[0], one[1] - other[1], one[2] - other[2]) <= SAME;
+}
+
+/** Tells whether two states look the same; null is no state. A robot that moves never looks as it did. */
+function looksSame(one: Pose | null, other: Pose | null): boolean {
+  if (one === null || other === null) return one === other;
+  if (one.moving || other.moving || one.gripper_closed !== other.gripper_closed) return false;
+  if (!one.point || !other.point) return one.point === other.point;
+  return samePlace(one.point, other.point);
 }
 
 /** Returns where a camera that looks from the direction `from` looks at, and its distance, so that it sees all points. */
