@@ -73,9 +73,9 @@ def sent(*kinds: type, choose: Callable[[Mapping[str, Any]], type] | None = None
 
 
 class RawBody:
-    """Base of bodies that are not parsed as a message; `schema` describes the body."""
+    """Base of bodies that are not parsed as a message; `schema` returns the JSON Schema of the body."""
 
-    def __init__(self, schema: Mapping[str, Any]) -> None:
+    def __init__(self, schema: Callable[[], Mapping[str, Any]]) -> None:
         self.schema = schema
 
 
@@ -100,12 +100,12 @@ class LongBody(RawBody):
         return body if len(body) > LONG else decode_object(body)
 
 
-def sent_long(schema: Mapping[str, Any]) -> Any:
+def sent_long(schema: Callable[[], Mapping[str, Any]]) -> Any:
     """Return the dependency of a route on an object that may be long."""
     return Depends(LongBody(schema), use_cache=False)
 
 
-def sent_as_written(schema: Mapping[str, Any]) -> Any:
+def sent_as_written(schema: Callable[[], Mapping[str, Any]]) -> Any:
     """Return the dependency of a route on an object that the service parses further."""
     return Depends(ParsedBody(schema), use_cache=False)
 

@@ -98,12 +98,13 @@ def _task(primitive: type[Primitive]) -> dict[str, Any]:
     return _object({"command": {"const": primitive.command}, **value}, primitive.help(units=True))
 
 
-TASK: dict[str, Any] = {
-    "title": "Task",
-    "description": "One primitive: a step of a job by itself.",
-    "oneOf": [_task(primitive) for primitive in PRIMITIVES.values()],
-}
-"""Schema of one primitive."""
+def task_schema() -> dict[str, Any]:
+    """Return the schema of one primitive."""
+    return {
+        "title": "Task",
+        "description": "One primitive: a step of a job by itself.",
+        "oneOf": [_task(primitive) for primitive in PRIMITIVES.values()],
+    }
 
 
 def _step(argument: Argument) -> dict[str, Any]:
@@ -124,7 +125,8 @@ def _statement(statement: type[JobStatement], schema: dict[str, Any]) -> dict[st
     return {"anyOf": [schema["properties"][statement.short], whole], "description": statement.summary}
 
 
-def _job() -> dict[str, Any]:
+def job_schema() -> dict[str, Any]:
+    """Return the schema of a job."""
     schema = TypeAdapter(Job).json_schema(ref_template=REFERENCE)
     step, models = schema["$defs"]["Step"], schema["$defs"]
     skills = {name: _step(PRIMITIVES[name].argument) for name in SKILLS}
@@ -144,36 +146,34 @@ def _job() -> dict[str, Any]:
     return schema
 
 
-JOB = _job()
-"""Schema of a job."""
-
-TEXT: dict[str, Any] = {
-    "title": "JobTextRequest",
-    "description": "The text of a job in YAML.",
-    "type": "object",
-    "properties": {"text": {"type": "string", "maxLength": MOST_TEXT}},
-    "required": ["text"],
-    "additionalProperties": False,
-}
-"""Schema of the text of a job."""
+def text_schema() -> dict[str, Any]:
+    """Return the schema of the text of a job."""
+    text = {"text": {"type": "string", "maxLength": MOST_TEXT}}
+    return {"title": "JobTextRequest"} | _object(text, "The text of a job in YAML.")
 
 
-CONFIG: dict[str, Any] = {
-    "title": "ConfigRequest",
-    "description": "A configuration: the `text` of its file (TOML), or nested `settings` that change the present file.",
-    "type": "object",
-    "properties": {
-        "text": {"type": "string", "maxLength": MOST_TEXT},
-        "settings": {"type": "object", "description": "settings by section; null removes one, so its default holds"},
-    },
-    "minProperties": 1,
-    "maxProperties": 1,
-    "additionalProperties": False,
-}
-"""Schema of another configuration."""
+def config_schema() -> dict[str, Any]:
+    """Return the schema of another configuration."""
+    about = "A configuration: the `text` of its file (TOML), or nested `settings` that change the present file."
+    return {
+        "title": "ConfigRequest",
+        "description": about,
+        "type": "object",
+        "properties": {
+            "text": {"type": "string", "maxLength": MOST_TEXT},
+            "settings": {
+                "type": "object",
+                "description": "settings by section; null removes one, so its default holds",
+            },
+        },
+        "minProperties": 1,
+        "maxProperties": 1,
+        "additionalProperties": False,
+    }
 
 
-def _changes() -> dict[str, Any]:
+def changes_schema() -> dict[str, Any]:
+    """Return the schema of the changes of a job."""
     options = TypeAdapter(JobOptions).json_schema(ref_template=REFERENCE)
     options["properties"] = {key: one for key, one in options["properties"].items() if key != "held"}
     options["properties"] = {key: _without_default(one) for key, one in options["properties"].items()}
@@ -187,11 +187,7 @@ def _without_default(schema: dict[str, Any]) -> dict[str, Any]:
     return {key: one for key, one in schema.items() if key != "default"}
 
 
-CHANGES = _changes()
-"""Schema of the changes of a job."""
-
-
-def _zone() -> dict[str, Any]:
+def zone_schema() -> dict[str, Any]:
     """Return the schema of a zone in a request, without the name, which is in the path."""
     schema = TypeAdapter(ZoneConfig).json_schema(ref_template=REFERENCE.format(model="{model}Request"))
     kinds = {f"{name}Request": kind for name, kind in schema["$defs"].items()}
@@ -200,11 +196,9 @@ def _zone() -> dict[str, Any]:
     return schema | {"$defs": kinds, "title": "ZoneRequest"}
 
 
-ZONE = _zone()
-"""Schema of a zone."""
-
-GRID = TypeAdapter(Grid).json_schema(ref_template=REFERENCE)
-"""Schema of a pallet."""
+def pallet_schema() -> dict[str, Any]:
+    """Return the schema of a pallet."""
+    return TypeAdapter(Grid).json_schema(ref_template=REFERENCE)
 
 
 Json = dict[str, Any]
@@ -320,9 +314,10 @@ class _Document:
         takes = rule.takes
         assert takes is not None
         if isinstance(takes, RawBody):
-            name = takes.schema["title"]
-            self._keep({name: {key: value for key, value in takes.schema.items() if key != "$defs"}})
-            self._keep(takes.schema.get("$defs", {}))
+            whole = takes.schema()
+            name = whole["title"]
+            self._keep({name: {key: value for key, value in whole.items() if key != "$defs"}})
+            self._keep(whole.get("$defs", {}))
             schema, required = {"$ref": REFERENCE.format(model=name)}, True
         else:
             forms = [self._of[str(kind), "validation"] for kind in takes.kinds]

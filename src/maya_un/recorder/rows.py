@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Iterator
-from math import inf
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord, decode
@@ -17,7 +16,7 @@ from maya_un.errors import FileUnreadable, InvalidConfig, UnexpectedReply
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.recorder.mcap_file import EXCHANGES, STATE, read_header, read_some
 from maya_un.recorder.recording import TimeSpan
-from maya_un.schema.robot import Signals
+from maya_un.recorder.tables import StateRow
 from maya_un.values import State
 
 _LONGEST_GAP = 5.0
@@ -26,13 +25,6 @@ _LONGEST_GAP = 5.0
 
 _ROUNDING = 1e-6
 """The time of an answer in the file is rounded by less than this [s]."""
-
-
-class StateRow(NamedTuple):
-    """A state, and the signals in the newest data record before it; None without such a record."""
-
-    state: State
-    signals: Signals | None
 
 
 def state_rows(path: Path, span: TimeSpan | None = None) -> Iterator[StateRow]:
@@ -49,17 +41,6 @@ def state_rows(path: Path, span: TimeSpan | None = None) -> Iterator[StateRow]:
         elif span is None or content.time >= span.begin:
             waiting.append(content)
     yield from map(records.row, waiting)
-
-
-def at_rate(rows: Iterable[StateRow], rate: float | None) -> Iterator[StateRow]:
-    """Yield the rows that are at least 1 / `rate` [s] apart on average; all if it is None."""
-    period = 0.0 if rate is None else 1.0 / rate
-    due = -inf
-    for row in rows:
-        time = row.state.time
-        if time >= due:
-            due = period + (time if due == -inf else max(due, time - period))
-            yield row
 
 
 def _records_of(path: Path) -> _Records:

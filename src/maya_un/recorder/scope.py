@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from maya_un.errors import UnknownName
-from maya_un.recorder.rows import StateRow, at_rate
-from maya_un.recorder.tables import MACHINE_COLUMNS, Value, values
+from maya_un.recorder.tables import MACHINE_COLUMNS, StateRow, Value, at_rate, values
 from maya_un.schema.recordings import RecordedColumn
 from maya_un.values import State
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable, Iterator
+from math import inf
 from typing import NamedTuple, TextIO, TypeAlias
 
 from dmc41x3.wire.transcript import WirePiece
 from maya_un.recorder.recording import Header, Recording, date
-from maya_un.recorder.rows import StateRow
-from maya_un.values import AXES
+from maya_un.schema.robot import Signals
+from maya_un.values import AXES, State
 
 Value: TypeAlias = float | int | str | None
 """A value in the table of states: booleans are 1 and 0, None is unknown."""
@@ -30,6 +31,24 @@ class TableColumn(NamedTuple):
     def key(self) -> str:
         """The name of the column in JSON, which no other column has."""
         return "_".join([*self.name.split(), *(["counts"] if self.unit == "counts" else [])])
+
+
+class StateRow(NamedTuple):
+    """A state, and the signals in the newest data record before it; None without such a record."""
+
+    state: State
+    signals: Signals | None
+
+
+def at_rate(rows: Iterable[StateRow], rate: float | None) -> Iterator[StateRow]:
+    """Yield the rows that are at least 1 / `rate` [s] apart on average; all if it is None."""
+    period = 0.0 if rate is None else 1.0 / rate
+    due = -inf
+    for row in rows:
+        time = row.state.time
+        if time >= due:
+            due = period + (time if due == -inf else max(due, time - period))
+            yield row
 
 
 def _three(name: str, *units: str) -> tuple[TableColumn, ...]:

@@ -13,8 +13,8 @@ from pathlib import Path
 from maya_un.errors import TooLarge
 from maya_un.recorder.mcap_file import EVENTS, read_header, read_some
 from maya_un.recorder.recording import TimeSpan
-from maya_un.recorder.rows import at_rate, state_rows
-from maya_un.recorder.tables import STATE_COLUMNS, Value, state_table, values
+from maya_un.recorder.rows import state_rows
+from maya_un.recorder.tables import STATE_COLUMNS, Value, at_rate, state_table, values
 from maya_un.schema.encoding import in_pieces, to_json
 from maya_un.schema.recordings import RecordedColumn, RecordedStates
 from maya_un.schema.robot import EventMessage

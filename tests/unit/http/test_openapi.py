@@ -13,7 +13,7 @@ from maya_un.errors import InvalidJob, by_code
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.exchange import BodyReader, RawBody
-from maya_un.http.openapi import JOB, TASK, document, ruled
+from maya_un.http.openapi import document, job_schema, ruled, task_schema
 from maya_un.process.spec.job import Job
 from maya_un.robot.primitives import from_dict
 from maya_un.service.access.operations import Operation
@@ -81,9 +81,9 @@ def test_examples_are_good_requests() -> None:
             if isinstance(rule.takes, BodyReader):
                 chosen = rule.takes.kinds[0] if rule.takes.choose is None else rule.takes.choose(example)
                 TypeAdapter(chosen).validate_json(json.dumps(example), strict=True)
-            elif isinstance(rule.takes, RawBody) and rule.takes.schema is JOB:
+            elif isinstance(rule.takes, RawBody) and rule.takes.schema is job_schema:
                 Job.parse(example)
-            elif isinstance(rule.takes, RawBody) and rule.takes.schema is TASK and "tray" not in str(example):
+            elif isinstance(rule.takes, RawBody) and rule.takes.schema is task_schema and "tray" not in str(example):
                 from_dict(example, 0.4)
             assert rule.takes is not None, route.path
     assert shown > 25

@@ -5,8 +5,7 @@ from __future__ import annotations
 import csv
 import io
 
-from maya_un.recorder.rows import StateRow
-from maya_un.recorder.tables import STATE_COLUMNS, values, write_states, write_wire
+from maya_un.recorder.tables import STATE_COLUMNS, StateRow, values, write_states, write_wire
 from tests.unit.recorder.recordings import RECORDING, header
 
 

@@ -20,7 +20,7 @@ from maya_un.errors import (
     WorkerFailed,
 )
 from maya_un.http.exchange import MOST, JobNumber, answer, as_json, sent_as_written, sent_long
-from maya_un.http.openapi import JOB, TASK, TEXT
+from maya_un.http.openapi import job_schema, task_schema, text_schema
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, LONGEST_MOTION, Routes
 from maya_un.process.journal.protocol import Filter, JobOptions
@@ -78,9 +78,9 @@ Which = Annotated[Filter, Depends(_filter)]
 
 _TAG = "jobs"
 
-JobBody = Annotated[dict[str, Any] | bytes, sent_long(JOB)]
-TextBody = Annotated[dict[str, Any] | bytes, sent_long(TEXT)]
-TaskBody = Annotated[dict[str, Any], sent_as_written(TASK)]
+JobBody = Annotated[dict[str, Any] | bytes, sent_long(job_schema)]
+TextBody = Annotated[dict[str, Any] | bytes, sent_long(text_schema)]
+TaskBody = Annotated[dict[str, Any], sent_as_written(task_schema)]
 
 _JOBS = {
     "one cube": {

@@ -28,7 +28,7 @@ from maya_un.errors import (
 )
 from maya_un.http.dates import now
 from maya_un.http.exchange import answer, sent, sent_as_written, sent_long
-from maya_un.http.openapi import CONFIG, GRID, ZONE
+from maya_un.http.openapi import config_schema, pallet_schema, zone_schema
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import Routes
 from maya_un.schema.bodies import Forgotten, Name, PlaceToTeach, Points, Removed
@@ -48,7 +48,7 @@ Height = Annotated[
 ]
 Angle = Annotated[float, Query(ge=-FARTHEST, le=FARTHEST, allow_inf_nan=False, description="rad")]
 
-ConfigBody = Annotated[dict[str, Any] | bytes, sent_long(CONFIG)]
+ConfigBody = Annotated[dict[str, Any] | bytes, sent_long(config_schema)]
 
 _CONFIGS = {
     "single settings": {"settings": {"geometry": {"height": 2.36}, "axes": {"a": {"jerk_counts": None}}}},
@@ -155,7 +155,7 @@ async def _in_force(service: Service) -> Config:
 
 _ZONES = "zones"
 
-ZoneBody = Annotated[dict[str, Any], sent_as_written(ZONE)]
+ZoneBody = Annotated[dict[str, Any], sent_as_written(zone_schema)]
 
 _BOXES = {"a box": {"kind": "box", "low": [0.1, 1.0, 0.0], "high": [0.3, 1.5, 0.6]}}
 
@@ -196,7 +196,7 @@ T = TypeVar("T")
 
 NameBody = Annotated[Name, sent(Name)]
 PlaceBody = Annotated[PlaceToTeach, sent(PlaceToTeach, optional=True)]
-GridBody = Annotated[dict[str, Any], sent_as_written(GRID)]
+GridBody = Annotated[dict[str, Any], sent_as_written(pallet_schema)]
 
 _NAMES = {"another name": {"name": "shelf"}}
 _GRIDS = {"three by four": {"corners": ["pose", [0.6, 1.0, 0.4], [0.4, 1.2, 0.4]], "rows": 3, "columns": 4}}

@@ -22,7 +22,7 @@ from maya_un.errors import (
     WrongState,
 )
 from maya_un.http.exchange import JobNumber, answer, sent, sent_as_written
-from maya_un.http.openapi import CHANGES
+from maya_un.http.openapi import changes_schema
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, Routes
 from maya_un.schema.bodies import Again, Answering, Moving, Pausing, Recovering
@@ -43,7 +43,7 @@ AgainBody = Annotated[Again, sent(Again, optional=True)]
 Version = Annotated[
     str, Query(max_length=64, description="version in the report of the job; another version is not released")
 ]
-ChangesBody = Annotated[dict[str, Any], sent_as_written(CHANGES)]
+ChangesBody = Annotated[dict[str, Any], sent_as_written(changes_schema)]
 
 
 def add_queue(routes: Routes) -> None:
