@@ -6,7 +6,7 @@ from harness import Case, Goal, measure, report, timed
 from job import parsed
 
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.config import Config
 from maya_un.interpreter import quiet_collector
 from maya_un.process.spec.job import Job

@@ -38,7 +38,7 @@ class Box:
         self._loop: asyncio.AbstractEventLoop | None = None
 
     async def _serve(self, ready: Future[None]) -> None:
-        from maya_un.assembly import make_twin
+        from maya_un.assembly.controller import make_twin
 
         twin = make_twin()
         twin.controller.tap = self._see

@@ -21,7 +21,8 @@ from typing import TypeVar
 
 from harness import Case, Goal, Sample, measure, report
 
-from maya_un.assembly import Stack, stack, staffed
+from maya_un.assembly.stack import Stack, stack
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from harness import Case, Goal, Sample, measure, report
 
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.config import Config
 from maya_un.process.journal.protocol import Filter, JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import MemoryJournal, SqliteJournal

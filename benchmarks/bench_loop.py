@@ -23,7 +23,9 @@ from job import parsed
 from stream_client import Client
 
 from dmc41x3.loops import ScaledLoop, run
-from maya_un.assembly import patient, stack, staffed
+from maya_un.assembly.controller import patient
+from maya_un.assembly.stack import stack
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge

@@ -23,7 +23,7 @@ from bench_journal import QUEUED, Kept
 from bench_memory import resident
 from harness import Case, Goal, Sample, measure, report
 
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.process.journal.sqlite import SqliteJournal
 
@@ -31,7 +31,7 @@ EMPTY = "process, empty queue"
 STARTED = """
 import asyncio, sys
 from pathlib import Path
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.config import Config
 from maya_un.process.journal.sqlite import SqliteJournal
 

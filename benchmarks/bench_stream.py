@@ -69,7 +69,7 @@ async def obey(going: asyncio.Event) -> None:
 
 
 async def serve_ours(rate: float) -> None:
-    from maya_un.assembly import stack
+    from maya_un.assembly.stack import stack
     from maya_un.config import Config
     from maya_un.http.app import create_app
     from maya_un.http.bridge import Bridge
@@ -87,7 +87,7 @@ async def serve_ours(rate: float) -> None:
 
 async def serve_bare(rate: float) -> None:
     """Send what the stream sends, one client after the other, as the framework's manual shows it."""
-    from maya_un.assembly import stack
+    from maya_un.assembly.stack import stack
     from maya_un.config import Config
     from maya_un.http.sockets import bound_socket
     from maya_un.http.stream.messages import state_frame

@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 
 from dmc41x3.loops import ScaledLoop, run, run_virtual
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.robot.primitives import Gripper, Home, Pick, Place

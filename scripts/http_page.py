@@ -10,7 +10,7 @@ from typing import cast
 
 from fastapi.routing import APIRoute
 
-from maya_un.assembly import PEOPLE_BOUNDS
+from maya_un.assembly.staff import PEOPLE_BOUNDS
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.errors import AGAIN

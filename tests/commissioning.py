@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from random import Random
 
 from dmc41x3.wire.transport import Transport
-from maya_un.assembly import Twin, machine_of, make_twin
+from maya_un.assembly.controller import Twin, machine_of, make_twin
 from maya_un.cli.commission.rehearsal import TwinPerson
 from maya_un.commission.procedure import Commissioning
 from maya_un.commission.progress import CommissioningProgress

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.config import Config, Units
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose

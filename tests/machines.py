@@ -13,7 +13,7 @@ import numpy as np
 
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un.assembly import machine_of
+from maya_un.assembly.controller import machine_of
 from maya_un.config import Config, Units
 from maya_un.config.files import parse
 from maya_un.config.model import AnyZone, BoxConfig, CylinderConfig

@@ -16,7 +16,7 @@ from fastapi import FastAPI
 
 from dmc41x3.loops import ScaledLoop
 from maya_ros.edge import endpoint
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.edges import EndpointOptions, Ros2Options
 from maya_un.http import dates
 from maya_un.http.app import create_app

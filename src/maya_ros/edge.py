@@ -14,7 +14,7 @@ from maya_ros.ros1.rights import graph_guest
 from maya_ros.ros2 import needed
 from maya_ros.rosbridge import standalone
 from maya_ros.rosbridge.standalone import configured
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.edges import EndpointOptions, Ros2Options
 from maya_un.http import dates
 from maya_un.http.bridge import Bridge

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import NamedTuple, Protocol, cast
 
 from dmc41x3.i18n import phrase
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.config import Config
 from maya_un.errors import EdgeNotInstalled, InvalidValue
 from maya_un.http.bridge import Bridge

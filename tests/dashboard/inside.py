@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import TypeVar
 
 from dmc41x3.loops import ScaledLoop
-from maya_un.assembly import Stack, Twin, stack, staffed, storage
+from maya_un.assembly.controller import Twin
+from maya_un.assembly.stack import Stack, stack, storage
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config, load
 from maya_un.dashboard.pages import add_dashboard
 from maya_un.http import dates

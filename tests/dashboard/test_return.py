@@ -12,7 +12,7 @@ import pytest
 from playwright.sync_api import expect
 
 from maya_un import __version__
-from maya_un.assembly import make_twin
+from maya_un.assembly.controller import make_twin
 from maya_un.dashboard.pages import BROTLI
 from tests.conventions.source import ROOT
 from tests.dashboard.services import Service, ServiceProcess, service

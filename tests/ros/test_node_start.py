@@ -50,8 +50,18 @@ MOVING = {
 """Modules that move the robot or compute its motion."""
 
 
+ABOVE = {"maya_un.assembly.stack", "maya_un.process.process", "maya_un.service.service"}
+"""Modules of the layers above the controller and the robot."""
+
+
 @pytest.mark.parametrize(
-    ("node", "heavy"), [("primitive_server", MOVING), ("rosbridge", {"fastapi", "maya_un.http.app"})]
+    ("node", "heavy"),
+    [
+        ("primitive_server", MOVING),
+        ("rosbridge", {"fastapi", "maya_un.http.app", *ABOVE}),
+        *((node, ABOVE) for node in ("hw_simulator", "hardware_interface", "sensor_converter", "robot_controller")),
+        ("firebase_bridge", ABOVE),
+    ],
 )
 def test_a_light_node_loads_only_what_it_needs(workspace: Workspace, node: str, heavy: set[str]) -> None:
     said = run([str(python()), "-c", LOADED, node], ROOT, workspace.environment())

@@ -21,7 +21,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maya_un.assembly import Twin
+from maya_un.assembly.controller import Twin
 from maya_un.config import Config
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.values import Joints

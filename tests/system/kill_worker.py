@@ -28,8 +28,9 @@ from typing import Any
 from dmc41x3.loops import JumpingLoop, run
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
-from maya_un import assembly
-from maya_un.assembly import Stack, Twin
+from maya_un.assembly import controller as assembled
+from maya_un.assembly.controller import Twin
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config.files import parse
 from maya_un.errors import AnswerNeeded
 from maya_un.events import Event, HomingBegun, HomingDone, JobAdvanced, PhaseBegun, StepAdvanced
@@ -370,13 +371,13 @@ async def work(folder: Path, seed: int) -> None:
     powered = not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT
     marked = powered and ledger.homed
     ledger.twin = twin = standing(jobs, ledger, powered=powered)
-    assembly.make_twin = lambda *_, **__: twin
+    assembled.make_twin = lambda *_, **__: twin
     if not ledger.lines:
         ledger.write("open", part=None, place=twin.mechanics.gripper_point(), fell=False)
     ledger.write("up" if powered else "power")
     journal = await SqliteJournal.open(folder / "maya.db")
     journal._writer.set_trace_callback(ledger.tick)
-    async with assembly.stack(MACHINE.config, live=False, skip_home=marked, journal=journal) as robot:
+    async with stack(MACHINE.config, live=False, skip_home=marked, journal=journal) as robot:
         hear(robot, twin, ledger)
         watching = asyncio.create_task(watch(twin, ledger))
         submitting = asyncio.create_task(submit(robot, jobs, ledger, rng))

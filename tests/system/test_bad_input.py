@@ -20,7 +20,7 @@ import pytest
 
 from dmc41x3.loops import JumpingLoop, run_virtual
 from maya_un import runtime
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.http.app import create_app

@@ -19,7 +19,7 @@ import pytest
 
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.cli.main import main
 from maya_un.config import Config, load
 from maya_un.http.app import create_app

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.process.spec.job import Job
 from maya_un.robot.primitives import Gripper, Home, Place

@@ -13,7 +13,8 @@ from dmc41x3.driver import Driver
 from dmc41x3.loops import run_virtual
 from dmc41x3.twin.timeline import TimelinePiece
 from maya_un import errors
-from maya_un.assembly import machine_of, stack
+from maya_un.assembly.controller import machine_of
+from maya_un.assembly.stack import stack
 from maya_un.commission.guarded import HELD
 from maya_un.commission.progress import report
 from maya_un.commission.questions import ALREADY, QUIT, Question

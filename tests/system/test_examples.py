@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.cli.progress import Display
 from maya_un.cli.questions import answer_questions
 from maya_un.config import Config, load

@@ -18,7 +18,7 @@ from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.servers.process import GraphQueue, ProcessServer
 from maya_ros.graph.servers.robot import RobotServer
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, echoed
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.http.bridge import Bridge
 from maya_un.robot.primitives.pick import Pick

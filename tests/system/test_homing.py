@@ -16,7 +16,7 @@ from random import Random
 import pytest
 
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import machine_of
+from maya_un.assembly.controller import machine_of
 from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.controller.homing import homed_pose

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.assembly import Twin
+from maya_un.assembly.controller import Twin
 from tests.campaign import Campaign
 from tests.costly_requests import (
     ANSWERS,

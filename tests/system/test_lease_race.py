@@ -22,7 +22,7 @@ from typing import Any, TypeVar
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, MayaError, NotAllowed

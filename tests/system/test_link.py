@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.events import Disconnected, FaultEntered, LimitHit

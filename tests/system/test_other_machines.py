@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import machine_of
+from maya_un.assembly.controller import machine_of
 from maya_un.config import Config, load
 from maya_un.config.files import edited, parse
 from maya_un.kinematics.calibration.fit import calibrate

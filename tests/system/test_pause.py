@@ -7,7 +7,7 @@ from random import Random
 import pytest
 
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import CannotPause
 from maya_un.process.spec.job import Job

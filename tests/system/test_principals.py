@@ -19,7 +19,7 @@ from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
 from dmc41x3.loops import run
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.errors import MayaError
 from maya_un.http import connections
 from maya_un.http.connections import Rights

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import AnswerNeeded, NotHomed
 from maya_un.events import StepAdvanced

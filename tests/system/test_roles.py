@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, NotAllowed, NotSignedIn
 from maya_un.http.openapi import ruled
 from maya_un.service.access.operations import RULES, Operation, Role

@@ -27,7 +27,7 @@ from maya_ros.graph.table import CLOCK, JOINTS, ROS2_TABLE, TABLE, Kind
 from maya_ros.graph.urdf import BASE, GRIPPER, NAMES
 from maya_ros.ros2 import types
 from maya_ros.ros2.edge import NODE, dds_serving
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.edges import Ros2Options
 from maya_un.errors import Ros2NotJoined
 from maya_un.events import JobAdvanced

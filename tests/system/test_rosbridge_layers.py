@@ -18,7 +18,7 @@ from maya_ros.rosbridge import thread_proxy
 from maya_ros.rosbridge.endpoint import NODE
 from maya_ros.rosbridge.outgoing import MessageEncoder
 from maya_ros.rosbridge.standalone import graph_of
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.http.bridge import Bridge
 from maya_un.service.access.operations import Caller, Operation, Role

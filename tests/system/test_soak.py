@@ -17,8 +17,8 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import JumpingLoop, run
-from maya_un import assembly
-from maya_un.assembly import Stack
+from maya_un.assembly import controller as assembled
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config.files import parse
 from maya_un.events import SpeedChanged
 from maya_un.process.journal import file
@@ -104,9 +104,9 @@ async def operate(folder: Path, minutes: float) -> list[Health]:
     twin = standing({"job": [Carry("part", HERE, THERE)]}, ledger, powered=True)
     store = RecordingStore.of(CONFIG.recorder, folder / "recordings", time.time_ns)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assembly, "make_twin", lambda *_, **__: twin)
+        patch.setattr(assembled, "make_twin", lambda *_, **__: twin)
         patch.setattr(entries, "REMEMBERED", REMEMBERED)
-        async with assembly.stack(CONFIG, journal=journal, skip_home=True, recordings=store) as robot:
+        async with stack(CONFIG, journal=journal, skip_home=True, recordings=store) as robot:
             await fill(robot)
             found: list[Health] = []
             for number in range(WARM + round(minutes * MINUTE / ROUND)):

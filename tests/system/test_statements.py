@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.errors import AnswerNeeded, InvalidJob, InvalidValue, NotFound
 from maya_un.events import InputAwaited, OutputCleared, OutputSet, QuestionAnswered, StepAdvanced

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.events import KEPT, PhaseBegun
 from maya_un.http.app import create_app

@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 
 from dmc41x3.loops import ScaledLoop, run
-from maya_un.assembly import stack, staffed
+from maya_un.assembly.stack import stack
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.http.app import create_app

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from maya_un.assembly import Twin
+from maya_un.assembly.controller import Twin
 from maya_un.config import Config
 from maya_un.errors import ControllerMoves, ControllerOwned, OwnershipLost
 from tests.system.processes import Wire, done, running

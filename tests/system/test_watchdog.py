@@ -15,7 +15,7 @@ from dmc41x3.loops import run_virtual
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
-from maya_un.assembly import Twin, make_twin
+from maya_un.assembly.controller import Twin, make_twin
 from maya_un.config import Config, Units
 from maya_un.controller.controller import GalilController
 from maya_un.controller.watchdog import BEATS

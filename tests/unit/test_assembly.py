@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.config import Config
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.robot.primitives.home import Home

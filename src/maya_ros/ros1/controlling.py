@@ -12,7 +12,7 @@ from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.table import POSITION
 from maya_ros.ros1.node import RosNode
 from maya_ros.ros1.rights import rights_of_node
-from maya_un.assembly import ControllerAssembly
+from maya_un.assembly.controller import ControllerAssembly
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.events import Connected, ControllerEvent, Disconnected, Event

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from maya_ros.graph.protocol import Graph, GraphHandle, Message
-from maya_un.assembly import Twin
+from maya_un.assembly.controller import Twin
 from maya_un.config import Config, default_path
 from maya_un.errors import InvalidValue
 from maya_un.kinematics.mechanism import Mechanism

@@ -23,7 +23,7 @@ from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import POSITION
 from maya_ros.rosbridge.endpoint import NODE, Endpoint
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.config import Config
 from maya_un.http import dates
 from maya_un.http.bridge import Bridge

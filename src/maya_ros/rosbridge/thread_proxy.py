@@ -13,7 +13,7 @@ from typing import TypeVar, cast
 
 from maya_ros.graph.permissions import caller
 from maya_ros.graph.table import POSITION
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.controller.protocol import Preview
 from maya_un.events import Listener
 from maya_un.http.bridge import Bridge

@@ -101,7 +101,7 @@ def truth_of_twin(truth: str | None, config: Config, seed: int) -> TrueConstants
         return None
     from random import Random
 
-    from maya_un.assembly import machine_of
+    from maya_un.assembly.controller import machine_of
     from maya_un.machine import wiring_faults
     from maya_un.machine.truth import TrueConstants
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from dmc41x3.address import SIM
 from dmc41x3.i18n import marked, phrase, translate
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.cli import output
 from maya_un.cli.configure import configuration, taught_places
 from maya_un.cli.progress import computing

@@ -10,7 +10,7 @@ import threading
 from contextlib import suppress
 
 from dmc41x3.i18n import translate
-from maya_un.assembly import Stack
+from maya_un.assembly.stack import Stack
 from maya_un.cli.progress import Display
 from maya_un.errors import NotFound
 from maya_un.events import InputAwaited, QuestionAsked

@@ -16,7 +16,7 @@ from dmc41x3.cli.signals import on_end
 from dmc41x3.i18n import marked, translate
 from dmc41x3.loops import ScaledLoop, run_virtual
 from dmc41x3.loops import run as run_loop
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.client import ServiceClient

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from dmc41x3.twin.machine import VirtualDmc
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.transport import Transport
-from maya_un.assembly import machine_of
+from maya_un.assembly.controller import machine_of
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.machine.mechanics import MayaMechanics

@@ -13,7 +13,8 @@ import httpx
 import numpy as np
 import pytest
 
-from maya_un.assembly import Stack, stack, staffed
+from maya_un.assembly.stack import Stack, stack
+from maya_un.assembly.staff import staffed
 from maya_un.config.files import parse
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge

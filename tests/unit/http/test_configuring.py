@@ -13,7 +13,8 @@ import httpx
 import pytest
 
 from dmc41x3.i18n import LANGUAGES
-from maya_un.assembly import Stack, stack, staffed
+from maya_un.assembly.stack import Stack, stack
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config, load, template
 from maya_un.config.files import alone, parse, replace, text_of
 from maya_un.http.app import create_app

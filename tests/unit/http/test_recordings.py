@@ -11,7 +11,8 @@ from urllib.parse import quote
 import httpx
 import pytest
 
-from maya_un.assembly import Stack, stack, staffed
+from maya_un.assembly.stack import Stack, stack
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge

@@ -10,7 +10,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.recorder.tables import MACHINE_COLUMNS

@@ -11,7 +11,7 @@ import httpx
 import pytest
 
 from dmc41x3.twin.wire.faults import TABLE
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.values import State

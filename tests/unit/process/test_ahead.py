@@ -9,7 +9,7 @@ from math import dist
 
 import pytest
 
-from maya_un.assembly import staffed
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config
 from maya_un.config.model import parse_zone
 from maya_un.errors import Unreachable

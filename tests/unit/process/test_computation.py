@@ -8,7 +8,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from maya_un.assembly import Stack, stack, staffed
+from maya_un.assembly.stack import Stack, stack
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config
 from maya_un.errors import InvalidJob, InvalidRequest, MayaError, Stopped, TooLarge, Unreachable
 from maya_un.process.spec.job import MOST_NAMES, Job

@@ -8,7 +8,7 @@ from contextlib import asynccontextmanager, suppress
 
 import pytest
 
-from maya_un.assembly import Stack, stack
+from maya_un.assembly.stack import Stack, stack
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3.loops import run_virtual
-from maya_un.assembly import stack
+from maya_un.assembly.stack import stack
 from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.errors import InvalidRequest, NotFound

@@ -10,7 +10,7 @@ from typing import Any
 import httpx
 import pytest
 
-from maya_un.assembly import Stack, process_layer, stack
+from maya_un.assembly.stack import Stack, process_layer, stack
 from maya_un.config import Config
 from maya_un.errors import NotFound
 from maya_un.http.app import create_app

@@ -11,7 +11,8 @@ from dmc41x3.address import REAL, SIM
 from maya_ros.ros1.configuration import checked, configured
 from maya_ros.ros1.controlling import log_event, offered
 from maya_ros.ros1.node import RosNode, run
-from maya_un.assembly import controller_layer, staffed
+from maya_un.assembly.controller import controller_layer
+from maya_un.assembly.staff import staffed
 from maya_un.errors import InvalidValue
 
 

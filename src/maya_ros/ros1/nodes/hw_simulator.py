@@ -15,7 +15,8 @@ from maya_ros.ros1.configuration import checked, configured
 from maya_ros.ros1.controlling import fast_enough, log_event, offered, ros_time
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.twin import parts_on_table, serve_inspection
-from maya_un.assembly import controller_layer, staffed
+from maya_un.assembly.controller import controller_layer
+from maya_un.assembly.staff import staffed
 from maya_un.errors import SpeedOnRealMachine
 
 

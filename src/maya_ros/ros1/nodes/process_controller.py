@@ -24,7 +24,8 @@ from maya_ros.ros1.controlling import log_own_event, ros_time
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import graph_rights
 from maya_un import runtime
-from maya_un.assembly import ProcessAssembly, keep_events, process_layer, staffed, storage
+from maya_un.assembly.stack import ProcessAssembly, keep_events, process_layer, storage
+from maya_un.assembly.staff import staffed
 from maya_un.config import Config, default_path
 from maya_un.config.state_folder import state_folder
 from maya_un.errors import AddressInUse, MayaError

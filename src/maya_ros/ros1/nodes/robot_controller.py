@@ -14,7 +14,7 @@ from maya_ros.ros1.configuration import awaited
 from maya_ros.ros1.controlling import ros_time
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import rights_of_node
-from maya_un.assembly import staffed
+from maya_un.assembly.staff import staffed
 
 
 def main() -> int:

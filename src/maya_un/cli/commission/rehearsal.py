@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dmc41x3.i18n import Phrase
-from maya_un.assembly import Twin
+from maya_un.assembly.controller import Twin
 from maya_un.commission.questions import ALREADY, CLOSED, GO, NO, NOTHING, OPEN, YES, Question, QuestionKind
 from maya_un.machine.truth import Switch
 

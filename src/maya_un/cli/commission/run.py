@@ -17,7 +17,7 @@ from dmc41x3.files import write
 from dmc41x3.i18n import marked, phrase, translate, translate_phrase
 from dmc41x3.loops import ScaledLoop, run
 from dmc41x3.wire.transport import Transport
-from maya_un.assembly import make_twin, patient, to_controller
+from maya_un.assembly.controller import make_twin, patient, to_controller
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.commission.people import ScriptedPerson, TerminalPerson, answers_of

@@ -21,7 +21,7 @@ from dmc41x3.twin.memory import Memory
 from dmc41x3.twin.wire.injection import HOST, FaultControlServer
 from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.twin.wire.server import bench as on_a_bench
-from maya_un.assembly import Twin, make_twin
+from maya_un.assembly.controller import Twin, make_twin
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor
 from maya_un.cli.configure import configuration, on_the_table, truth_of_twin

@@ -44,7 +44,7 @@ class MayaSite:
 
     def twin(self) -> VirtualController:
         """Return the twin of the configuration; raises `FileUnreadable`, `InvalidConfig`."""
-        from maya_un.assembly import make_twin
+        from maya_un.assembly.controller import make_twin
         from maya_un.cli.configure import configuration
 
         return make_twin(configuration(OutputSettings())).controller

@@ -24,7 +24,7 @@ from dmc41x3.twin.wire.server import VirtualController
 from dmc41x3.wire.framing import RecordReply, Reply
 from dmc41x3.wire.transcript import WirePiece
 from dmc41x3.wire.transport import LoopbackTransport
-from maya_un.assembly import machine_of
+from maya_un.assembly.controller import machine_of
 from maya_un.cli import output
 from maya_un.cli.progress import computing
 from maya_un.cli.recordings.recordings import found

@@ -24,7 +24,8 @@ from dmc41x3.i18n import marked, translate
 from dmc41x3.listening import reserve_descriptors
 from dmc41x3.loops import ScaledLoop, run
 from maya_un import runtime
-from maya_un.assembly import Stack, stack, staffed, storage
+from maya_un.assembly.stack import Stack, stack, storage
+from maya_un.assembly.staff import staffed
 from maya_un.cli import output
 from maya_un.cli.addresses import clock_factor, target_address
 from maya_un.cli.configure import config_file, configuration, on_the_table, require_twin, taught_places, truth_of_twin

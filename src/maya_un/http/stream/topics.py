@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from maya_un.events import (
     Event,
@@ -31,7 +31,9 @@ from maya_un.service.access.operations import LOCAL, Caller
 from maya_un.service.margins import MarginSnapshot
 from maya_un.service.motion import MotionSnapshot
 from maya_un.service.permissions import as_permissions
-from maya_un.service.service import Service
+
+if TYPE_CHECKING:  # a client of another service, for example the node rosbridge, starts sooner without it
+    from maya_un.service.service import Service
 
 PERIOD = 0.1
 """Shortest period of reading a topic [s, real time]."""

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from maya_ros.graph.diagnostics import DiagnosticLevel
 from maya_ros.graph.servers.process import GraphQueue, job_of
-from maya_un.assembly import ProcessAssembly, process_layer
+from maya_un.assembly.stack import ProcessAssembly, process_layer
 from maya_un.config import Config
 from maya_un.errors import InvalidJob
 from maya_un.process.spec.tasks import expand

@@ -1,0 +1,1 @@
+"""Connects the layers: `controller` alone, or the whole `stack`; `staff` provides their worker processes."""
