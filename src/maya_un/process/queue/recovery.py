@@ -273,7 +273,7 @@ class JobRecoverer:
 
     async def _ahead(self, item: QueueEntry, step: StepRecord | None, decision: RecoveryDecision) -> list[Task]:
         """Return the tasks that the decision leaves to do."""
-        record = item.record or JobRecord(await self._shared.foresight.expanded(item.row.body))
+        record = item.record or await JobRecord.new(await self._shared.foresight.expanded(item.row.body))
         left_out = step if decision.step is not TaskState.QUEUED else None
         return [one.task for one in record.remaining if one is not left_out]
 

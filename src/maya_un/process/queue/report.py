@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from maya_un.process.journal.protocol import JobRow, StepRow
@@ -150,27 +150,33 @@ class JobRecord:
     """
 
     expansion: Expansion
-    steps: list[StepRecord] = field(init=False)
+    steps: list[StepRecord]
+    _edition: Edition
     preview: JobPreview | None = None
     end: Pose | None = None
     current: int = 0
     current_since: float = 0.0
-    _edition: Edition = field(default_factory=Edition)
     _counted: tuple[int, StepCounts] | None = None
 
-    def __post_init__(self) -> None:
-        self.steps = [
-            StepRecord(task, StepRow(task.index, TaskState.QUEUED), self._edition) for task in self.expansion.tasks
-        ]
+    @classmethod
+    async def new(cls, expansion: Expansion) -> JobRecord:
+        """Return the record of a job of which no step has begun; other tasks use the loop meanwhile."""
+        edition = Edition()
+
+        def queued(task: Task) -> StepRecord:
+            return StepRecord(task, StepRow(task.index, TaskState.QUEUED), edition)
+
+        return cls(expansion, await map_in_slices(queued, expansion.tasks), edition)
 
     @classmethod
     def kept(cls, expansion: Expansion, rows: Iterable[StepRow]) -> JobRecord:
         """Return the record of a job from its stored `rows`."""
-        record = cls(expansion)
-        for row in rows:
-            if 0 < row.index <= len(record.steps):
-                record.steps[row.index - 1].row = row
-        return record
+        edition, known = Edition(), {row.index: row for row in rows}
+        steps = [
+            StepRecord(task, known.get(task.index) or StepRow(task.index, TaskState.QUEUED), edition)
+            for task in expansion.tasks
+        ]
+        return cls(expansion, steps, edition)
 
     @property
     def tally(self) -> StepCounts:

@@ -154,8 +154,8 @@ class JobRunner:
         """Compute the remaining steps from the robot's position; raises `_Refused`."""
         item, shared = self._item, self._shared
         if item.record is None:
-            item.record = JobRecord(await shared.foresight.expanded(item.row.body))
-            await asyncio.sleep(0)  # a long job takes the loop for milliseconds here, and again below
+            item.record = await JobRecord.new(await shared.foresight.expanded(item.row.body))
+            await asyncio.sleep(0)  # a long job takes the loop for milliseconds below
         record = item.record
         self._done = record.done
         tasks = [step.task for step in record.remaining]
