@@ -135,9 +135,10 @@ def test_gamepad_moves_nothing_after_an_interruption_until_its_button_comes_up(
     assert bare_tab.get("presses.size") == 1
     bare_tab.page.evaluate(enable, False)
     bare_tab.until(f"pad.seen > {bare_tab.get('pad.seen') + 1}")
+    at_rest = robot.state["counts"]
     bare_tab.page.evaluate(enable, True)
     bare_tab.until("presses.size === 2")
-    robot.until(lambda status: status["state"]["moving"])
+    robot.until(lambda status: status["state"]["counts"] != at_rest)  # on a busy machine, the motion may be over
     bare_tab.page.evaluate(enable, False)
     robot.require_rest()
 
