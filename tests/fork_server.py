@@ -24,7 +24,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from io import FileIO
@@ -54,11 +54,15 @@ _OURS = _starting(os.environ)
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A program to fork: a script, or `-m` and a module, and its arguments; no command for a worker."""
+    """A program to fork: a script, or `-m` and a module, and its arguments; no command for a worker.
+
+    If it is `held`, the program has a session of its own, and is killed when who ordered it closes the connection.
+    """
 
     command: list[str]
     env: dict[str, str]
     folder: str
+    held: bool = False
 
 
 class _Forked:
@@ -161,7 +165,7 @@ def _stream(end: int, mode: str) -> FileIO:
     return FileIO(end, mode)
 
 
-class _Forker:
+class Forker:
     """A connection to the forking process, which ends when its first connection closes."""
 
     def __init__(self, connection: socket.socket, process: subprocess.Popen[bytes] | None = None) -> None:
@@ -170,13 +174,17 @@ class _Forker:
         self._process = process
 
     @classmethod
-    def started(cls) -> _Forker:
-        """Start the forking process."""
+    def started(
+        cls, python: str | Path, env: Mapping[str, str], module: str = "tests.fork_server", address: bytes = b""
+    ) -> Forker:
+        """Start the forking process: a Python with an environment, and the `main` of a module.
+
+        It listens at `address`, an abstract one; without one the kernel chooses.
+        """
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        env = {**{name: value for name, value in os.environ.items() if not name.startswith(STARTING)}, **_OURS}
         with theirs:
             process = subprocess.Popen(
-                [sys.executable, "-c", f"from tests.fork_server import main; main({theirs.fileno()})"],
+                [python, "-c", f"from {module} import main; main({theirs.fileno()}, {address!r})"],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,  # of the kind that forked programs have, whose streams were made for it
                 stderr=subprocess.STDOUT,
@@ -189,7 +197,7 @@ class _Forker:
         return started
 
     @classmethod
-    def of_program(cls, address: bytes) -> _Forker:
+    def of_program(cls, address: bytes) -> Forker:
         """Connect a forked program to the process that forked it."""
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         connection.connect(address)
@@ -215,17 +223,29 @@ _address = b""
 
 
 @functools.cache
-def _forker() -> _Forker:
-    return _Forker.of_program(_address) if _address else _Forker.started()
+def _forker() -> Forker:
+    if _address:
+        return Forker.of_program(_address)
+    same = {name: value for name, value in os.environ.items() if not name.startswith(STARTING)}
+    return Forker.started(sys.executable, {**same, **_OURS})
 
 
-def main(descriptor: int) -> None:
-    """Fork what the other side of a socket orders, until it closes; a forked process carries out its order."""
+def main(descriptor: int, address: bytes) -> None:
+    """Load the packages of the command line, and serve."""
+    serve(descriptor, address, _load)
+
+
+def serve(descriptor: int, address: bytes, load: Callable[[], None]) -> None:
+    """Load, and fork what the other side of a socket orders, until it closes; a forked process carries out its order.
+
+    Programs that know the `address` can order too.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _load()
+    server = _ForkServer(descriptor, address)
+    load()
     gc.collect()
     gc.freeze()
-    order = _ForkServer(descriptor).serve()
+    order = server.serve()
     if order is not None:
         try:
             _carry_out(order)
@@ -257,15 +277,16 @@ def _build() -> None:
 class _ForkServer:
     """Takes orders of a test and of the programs that it forked."""
 
-    def __init__(self, first: int) -> None:
+    def __init__(self, first: int, address: bytes) -> None:
         listening = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        listening.bind(b"")  # the kernel chooses an abstract address
+        listening.bind(address)
         listening.listen()
         self._address = listening.getsockname()
         self._first = first
         self._listening = listening.fileno()
         self._sockets = {end.fileno(): end for end in (listening, socket.socket(fileno=first))}
         self._codes: dict[int, tuple[int, int]] = {}  # by descriptor of a process: its number, and where its code goes
+        self._held: dict[int, int] = {}  # by descriptor of a connection: the number of the process that it holds
         self._poller = select.poll()
         for end in self._sockets:
             self._poller.register(end, select.POLLIN)
@@ -282,13 +303,14 @@ class _ForkServer:
                     self._poller.register(connection, select.POLLIN)
                 else:
                     order, ends = self._received(ready)
-                    if order and self._forked(ready, ends):
-                        return _Order(**json.loads(order))
-                    if not order and ready == self._first:
+                    if order:
+                        asked = _Order(**json.loads(order))
+                        if self._forked(ready, asked, ends):
+                            return asked
+                    elif ready == self._first:
                         return None
-                    if not order:
-                        self._poller.unregister(ready)
-                        self._sockets.pop(ready).close()
+                    else:
+                        self._left(ready)
 
     def _received(self, asking: int) -> tuple[bytes, Sequence[int]]:
         """Return an order and its descriptors; no order from a connection whose program has ended."""
@@ -298,10 +320,20 @@ class _ForkServer:
             return b"", ()
         return order, ends
 
-    def _forked(self, asking: int, ends: Sequence[int]) -> bool:
+    def _left(self, asking: int) -> None:
+        """Forget a connection that has closed, and kill what it holds."""
+        self._poller.unregister(asking)
+        self._sockets.pop(asking).close()
+        held = self._held.pop(asking, None)
+        if held is not None:
+            os.kill(held, signal.SIGKILL)
+
+    def _forked(self, asking: int, order: _Order, ends: Sequence[int]) -> bool:
         """Fork for a connection; return whether this is the forked process."""
         number = os.fork()
         if number == 0:
+            if order.held:
+                os.setsid()
             for end in self._sockets.values():
                 end.detach()  # `_become` closes them all
             _become(ends[:3], self._address)
@@ -310,6 +342,8 @@ class _ForkServer:
             self._sockets[asking].send(str(number).encode())
         process = os.pidfd_open(number)
         self._codes[process] = number, ends[3]
+        if order.held:
+            self._held[asking] = number
         self._poller.register(process, select.POLLIN)
         for end in ends[:3]:
             os.close(end)
@@ -320,6 +354,7 @@ class _ForkServer:
         self._poller.unregister(process)
         number, end = self._codes.pop(process)
         os.close(process)
+        self._held = {asking: held for asking, held in self._held.items() if held != number}
         code = os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
         try:
             os.write(end, str(code).encode())

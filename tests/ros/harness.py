@@ -23,6 +23,7 @@ from tests.errors_seen import SEEN
 from tests.ports import free_port
 from tests.ros.driver_client import Driver
 from tests.ros.programs import Program
+from tests.ros.warm_nodes import warm
 from tests.ros.workspace import BYTECODE, Workspace, python
 from tests.waiting import eventually
 
@@ -39,15 +40,20 @@ class Ros:
     """A master with rosout, and everything that is started on it, until it is closed.
 
     These are the two programs that roscore starts, and the parameter that it sets. To load roscore itself takes longer
-    than both programs, so it is started only where a test asks for it.
+    than both programs, so it is started only where a test asks for it. Nodes of the launch files are forked from a
+    process that has loaded ROS, or start from nothing if `cold`.
     """
 
-    def __init__(self, folder: Path, workspace: Workspace, *, space: str = "devel", roscore: bool = False) -> None:
+    def __init__(
+        self, folder: Path, workspace: Workspace, *, space: str = "devel", roscore: bool = False, cold: bool = False
+    ) -> None:
         self.folder = folder
         self.port = free_port()
         self.rosbridge_port = free_port()
         self.uri = f"http://127.0.0.1:{self.port}"
         self.environment = {**workspace.environment(space), **places(folder), "ROS_MASTER_URI": self.uri}
+        if not cold:
+            self.environment |= warm(python(), self.environment)
         self._programs: list[Program] = []
         self._has_roscore = roscore
         self._master = self.start(*(["roscore"] if roscore else ["rosmaster", "--core"]), "-p", str(self.port))

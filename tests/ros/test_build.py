@@ -11,7 +11,7 @@ import pytest
 from maya_ros.ros1.constants import constants
 from maya_un.config.files import parse
 from tests.ros import workspace as workspaces
-from tests.ros.workspace import PACKAGES, ROOT, Workspace, python, run, sourced
+from tests.ros.workspace import PACKAGES, ROOT, Workspace, python, python_of_nodes, run, sourced
 
 NODES = {
     "maya_controller": {"hw_simulator.py", "hardware_interface.py", "sensor_converter.py", "on_display.py"},
@@ -38,7 +38,7 @@ def test_nodes_are_in_the_devel_space_under_the_python_that_has_maya(workspace: 
     assert all(NODES[name] <= made[name] for name in NODES)
     for name in NODES:
         for path in (workspace.place / "devel" / "lib" / name).glob("*.py"):
-            assert path.read_text().startswith(f"#!{python()}\n")
+            assert path.read_text().startswith(f"#!{python_of_nodes()}\n")
             assert os.access(path, os.X_OK)
 
 

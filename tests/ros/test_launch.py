@@ -148,6 +148,13 @@ OUTSIDE = {"ros_coms"}
 """Programs of a launch file that are no nodes: they reach the graph by rosbridge."""
 
 
+@pytest.fixture
+def ros(tmp_path: Path, workspace: Workspace) -> Iterator[Ros]:
+    """Return a ROS of the test's own, whose nodes start from nothing."""
+    with Ros(tmp_path, workspace, cold=True) as own:
+        yield own
+
+
 @pytest.fixture(scope="module")
 def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
     with Display(tmp_path_factory.mktemp("display")) as shown:
@@ -222,7 +229,7 @@ def test_robot_layer_runs_without_the_process_layer(ros: Ros) -> None:
 def test_launch_without_arguments_starts_the_whole_graph_with_any_python_first(
     tmp_path: Path, workspace: Workspace, other_python: str
 ) -> None:
-    with Ros(tmp_path, workspace, roscore=True) as ros:
+    with Ros(tmp_path, workspace, roscore=True, cold=True) as ros:
         program = ros.start("roslaunch", "maya_process", "process.launch", environment={"PATH": other_python})
         ros.until_nodes(*(f"/{name}" for name in {"hw_simulator"} | LAYERS[PROCESS]), within=START)
         program.until("maya_dashboard is left out", START)
@@ -250,7 +257,7 @@ def test_every_pair_of_arguments_starts_and_ends(
 ) -> None:
     for choice in pairwise((*SWITCHES[file], "display")):
         shown = display.environment if choice.pop("display") else {}
-        with Ros(tmp_path_factory.mktemp("ros"), workspace) as ros:
+        with Ros(tmp_path_factory.mktemp("ros"), workspace, cold=True) as ros:
             check(ros, file, choice, shown)
 
 

@@ -16,6 +16,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ROOT / "ros"
 PLACE = ROOT / "build" / "ros"
+VENV_PYTHON = ROOT / ".venv-ros" / "bin" / "python"
+WARM_PYTHON = ROOT / "tests" / "ros" / "warm_python"
 BYTECODE = ROOT / "build" / "pycache"
 """Folder for compiled bytecode of test programs: outside the checkout, and kept between starts."""
 KEPT = 8
@@ -27,7 +29,12 @@ SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 def python() -> Path:
     """Return the Python of nodes: $MAYA_PYTHON, else that of .venv-ros."""
-    return Path(os.environ.get("MAYA_PYTHON") or ROOT / ".venv-ros" / "bin" / "python")
+    return Path(os.environ.get("MAYA_PYTHON") or VENV_PYTHON)
+
+
+def python_of_nodes() -> Path:
+    """Return the Python that nodes are built for: `warm_python`, which forks them, if it stands for `python`."""
+    return WARM_PYTHON if python() == VENV_PYTHON else python()
 
 
 def missing() -> str | None:
@@ -89,7 +96,7 @@ def provide() -> Workspace:
 
 def make(workspace: Path) -> None:
     """Build and install the packages in a folder of their own, with messages for Python alone."""
-    quick = {"ROS_LANG_DISABLE": "gencpp:geneus:genlisp:gennodejs", "MAYA_PYTHON": str(python())}
+    quick = {"ROS_LANG_DISABLE": "gencpp:geneus:genlisp:gennodejs", "MAYA_PYTHON": str(python_of_nodes())}
     run(("catkin_make", "--no-color", "install"), workspace, quick)
 
 
@@ -122,7 +129,7 @@ def link_packages(workspace: Path) -> None:
 
 def fingerprint() -> str:
     """Return a hash of everything that a build reads."""
-    parts = hashlib.sha256(f"{ROOT} {python()}".encode())
+    parts = hashlib.sha256(f"{ROOT} {python_of_nodes()}".encode())
     for path in sorted(_sources()):
         parts.update(f"\n{path.relative_to(PACKAGES)} ".encode() + path.read_bytes())
     return parts.hexdigest()[:16]

@@ -1,0 +1,48 @@
+"""Start nodes of ROS fast: fork them from a process that has loaded ROS and our modules for it.
+
+To load them takes most of the processor time of a launch. `roslaunch` starts `warm_python` as the Python of a node,
+which orders the node from that process. The environment variable `FORKER` tells where it listens; without it, and for
+other programs, `warm_python` is the Python of .venv-ros.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import itertools
+import os
+import pkgutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from tests import fork_server
+
+FORKER = "MAYA_TEST_FORKER"
+"""The variable with the abstract address of the forking process, in hexadecimal."""
+
+_NUMBERS = itertools.count(1)
+
+
+def warm(python: Path, environment: Mapping[str, str]) -> dict[str, str]:
+    """Return what a program needs in its environment besides, so that the nodes that it starts are forked."""
+    starting = {name: value for name, value in environment.items() if name.startswith(fork_server.STARTING)}
+    return {FORKER: _forker(python, frozenset(starting.items())).hex()}
+
+
+@functools.cache
+def _forker(python: Path, starting: frozenset[tuple[str, str]]) -> bytes:
+    """Return the address of a forking process for nodes that start with these variables."""
+    address = f"\0maya-test-nodes-{os.getpid()}-{next(_NUMBERS)}".encode()
+    fork_server.Forker.started(python, {**os.environ, **dict(starting)}, __name__, address)
+    return address
+
+
+def main(descriptor: int, address: bytes) -> None:
+    """Load what nodes need, and serve."""
+    fork_server.serve(descriptor, address, _load)
+
+
+def _load() -> None:
+    package = importlib.import_module("maya_ros.ros1")
+    for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        importlib.import_module(found.name)
