@@ -37,7 +37,7 @@ def margins(workspace: Workspace, path: Floats) -> list[Case]:
     """Return what a preview asks of a path."""
     fenced = workspace.with_zones(ZONES)
     return [
-        Case("margins of 100 chords", timed(lambda: closest(workspace, path), 20), goal=Goal(300.0)),
+        Case("margins of 100 chords", timed(lambda: closest(workspace, path), 20), goal=Goal(100.0)),
         Case("margins of 100 chords, 3 zones", timed(lambda: closest(fenced, path), 20)),
         Case("lowest point of 100 chords", timed(lambda: lowest(workspace.mechanism, path), 20)),
     ]

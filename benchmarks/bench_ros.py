@@ -53,7 +53,7 @@ def cpu_time(pid: int) -> float:
 @contextmanager
 def robot() -> Iterator[Ros]:
     """Have a ROS with the robot layer on the twin, in real time."""
-    with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide()) as ros:
+    with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide(), cold=True) as ros:
         launched = ros.launch("maya_robot", "robot.launch", speed=1)
         launched.until("The robot layer is offered")
         yield ros
@@ -122,7 +122,7 @@ def main() -> None:
             ),
         ]  # fmt: skip
         figures += measure(cases, 15, by=median)
-    with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide()) as ros:
+    with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide(), cold=True) as ros:
         sensors = peer(ros, "sensors")
         peer(ros, "listens")
         costs = [Case("/maya_position at 50 Hz, CPU in a second", used(sensors.pid), unit="ms", goal=Goal(50.0))]

@@ -157,15 +157,16 @@ def main() -> None:
     server = loop.run_until_complete(loop.create_server(Answerer, "127.0.0.1", 0))
     controller, port = loop.run_until_complete(served())
     echo, line = Line(loop, server.sockets[0].getsockname()[1]), Line(loop, port)
+    pipelined = Goal(1e6 / 300_000)  # commands a second
     cases = [
         Case(ECHO, echo.asked(b"NO\r")),
         Case("request and reply (SPA=1000)", line.asked(b"SPA=1000\r"), goal=Goal(1.5, to=ECHO)),
         Case("request and reply (MG _TPA)", line.asked(b"MG _TPA\r"), goal=Goal(1.5, to=ECHO)),
-        Case("pipelined: NO", lambda: line.pipelined(b"NO\r", PIPELINED, 1), goal=Goal(10.0)),
-        Case("pipelined: SPA=1000", lambda: line.pipelined(b"SPA=1000\r", PIPELINED, 1), goal=Goal(10.0)),
-        Case("pipelined: TPA", lambda: line.pipelined(b"TPA\r", PIPELINED, len(" 0\r\n:")), goal=Goal(10.0)),
+        Case("pipelined: NO", lambda: line.pipelined(b"NO\r", PIPELINED, 1), goal=pipelined),
+        Case("pipelined: SPA=1000", lambda: line.pipelined(b"SPA=1000\r", PIPELINED, 1), goal=pipelined),
+        Case("pipelined: TPA", lambda: line.pipelined(b"TPA\r", PIPELINED, len(" 0\r\n:")), goal=pipelined),
         Case(
-            "pipelined: MG _TPA", lambda: line.pipelined(b"MG _TPA\r", PIPELINED, len(" 0.0000\r\n:")), goal=Goal(10.0)
+            "pipelined: MG _TPA", lambda: line.pipelined(b"MG _TPA\r", PIPELINED, len(" 0.0000\r\n:")), goal=pipelined
         ),
         Case("pipelined: QR, 8 axes", lambda: line.pipelined(b"QR\r", RECORDS, RECORD), goal=Goal(50.0)),
     ]

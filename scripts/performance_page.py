@@ -1,4 +1,4 @@
-"""The page docs/explanation/performance.md: every figure comes from the stored runs of `scripts/bench --peers`."""
+"""The page docs/explanation/performance.md: every figure comes from stored runs of `scripts/bench`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,23 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from textwrap import fill
 
-from performance_results import BARE, OURS, Computer, Growth, Motion, Row, Run, number, read
+from performance_results import (
+    BARE,
+    COMPILED,
+    GOALS,
+    OURS,
+    WORSE,
+    Compared,
+    Comparison,
+    Computer,
+    Growth,
+    Motion,
+    Row,
+    Run,
+    number,
+    read,
+    read_comparison,
+)
 
 CLOSE = 0.2
 """Two runs should agree on a ratio within this share."""
@@ -22,8 +38,8 @@ SUBJECTS = {
 
 INTRODUCTION = """
 This page compares Maya with the programs that a user would pick instead of one of its parts. All programs do the same
-work in one run. A figure counts only if the program gives the same answer as Maya. The figures and the pictures are
-made from `benchmarks/results/peers.json`.
+work in one run. A figure counts only if the program gives the same answer as Maya. The last section compares Maya with
+its own goals. The figures and the pictures are made from the files in `benchmarks/results`.
 """
 
 REPEAT = """
@@ -92,10 +108,22 @@ slightly less than the least time.
 """
 
 
+GOALS_TEXT = """
+`scripts/bench --against FOLDER --output FILE` measures two checkouts of Maya in turn. *Before* is the commit {before},
+*now* is the commit {after}, and *compiled* is the same commit with compiled modules (`MAYA_COMPILE=1 pip install .`).
+A figure is the best of all rounds. One that is printed bold misses its goal. The figures are from {date}: {machine}.
+"""
+
+MISSED_TEXT = """
+Decisions [69](../decisions/0069-compiled-modules-are-optional.md) and
+[71](../decisions/0071-what-limits-the-speed.md) have the profiles that say why the other goals are not reached.
+"""
+
+
 def page() -> str:
     """Return the page."""
     runs = read()
-    return "\n".join(_lines(runs[-1], runs[:-1])) + "\n"
+    return "\n".join([*_lines(runs[-1], runs[:-1]), *_goals(read_comparison(GOALS), read_comparison(COMPILED))]) + "\n"
 
 
 def _lines(run: Run, older: Sequence[Run]) -> Iterator[str]:
@@ -231,3 +259,48 @@ def ratio_changes(before: Run, after: Run) -> Iterator[tuple[tuple[str, str], fl
         one = old.get((row.work, row.program))
         if one is not None and row.ratio is not None and row.program != OURS:
             yield (row.work, row.program), max(one, row.ratio) / min(one, row.ratio) - 1.0
+
+
+def _goals(now: Comparison, compiled: Comparison) -> Iterator[str]:
+    yield "\n## Goals\n"
+    machine = _machine(now.computer)
+    yield _wrapped(GOALS_TEXT.format(before=now.before, after=now.after, date=now.date, machine=machine))
+    yield "\n| benchmark | work | goal | before | now | compiled |\n|---|---|---|---|---|---|"
+    faster = {(case.benchmark, case.name): case for case in compiled.cases}
+    cases = [case for case in now.cases if case.goal is not None]
+    for case in cases:
+        yield _goal(case, faster.get((case.benchmark, case.name)))
+    missed = [case for case in cases if case.missed and faster.get((case.benchmark, case.name), case).missed]
+    yield "\n" + _wrapped(f"Of {len(cases)} goals, {len(cases) - len(missed)} are reached. {MISSED_TEXT}")
+    worse = [case for case in now.cases if case.ratio is not None and case.ratio > WORSE]
+    old = sum(case.ratio is not None for case in now.cases)
+    yield "\n" + _wrapped(
+        f"Of the {old} figures that both commits have, with and without a goal, {old - len(worse)} are at most "
+        f"{WORSE - 1.0:.0%} worse than before." + (" These are worse:" if worse else "")
+    )
+    if worse:
+        yield ""
+    for case in worse:
+        yield f"- {case.benchmark}, {case.name}: {_figure(case.before, case)} before, {_figure(case.after, case)} now."
+
+
+def _goal(case: Compared, compiled: Compared | None) -> str:
+    faster = "" if compiled is None else _reached(compiled.reached, compiled)
+    before, now = _reached(case.reached_before, case), _reached(case.reached, case)
+    return f"| {case.benchmark} | {case.name} | {_limit_of(case)} | {before} | {now} | {faster} |"
+
+
+def _limit_of(case: Compared) -> str:
+    assert case.goal_is is not None
+    return f"{number(case.goal)} {case.goal_is}"
+
+
+def _reached(value: float | None, case: Compared) -> str:
+    if value is None:
+        return ""
+    assert case.goal is not None
+    return number(value) if value <= case.goal else f"**{number(value)}**"
+
+
+def _figure(value: float | None, case: Compared) -> str:
+    return f"{number(value)} {case.unit}"

@@ -1,6 +1,6 @@
-"""The results of `scripts/bench --peers`, as they are stored in benchmarks/results/peers.json.
+"""The results of `scripts/bench --peers` and `scripts/bench --against`, as they are stored in benchmarks/results.
 
-The page docs/explanation/performance.md and its pictures are made from this file.
+The page docs/explanation/performance.md and its pictures are made from these files.
 """
 
 from __future__ import annotations
@@ -11,7 +11,18 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-RESULTS = Path(__file__).resolve().parent.parent / "benchmarks" / "results" / "peers.json"
+FOLDER = Path(__file__).resolve().parent.parent / "benchmarks" / "results"
+
+RESULTS = FOLDER / "peers.json"
+
+GOALS = FOLDER / "goals.json"
+"""This checkout beside an older one."""
+
+COMPILED = FOLDER / "compiled.json"
+"""Compiled modules beside the same ones as source."""
+
+WORSE = 1.05
+"""A figure is worse than the one before if it is more than this multiple of it."""
 
 KEPT = 2
 """So many runs are kept: the page compares their ratios."""
@@ -101,7 +112,60 @@ class Run:
     left_out: dict[str, str] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A case of a benchmark in two checkouts: its best figures, in `unit`; `before` is None if it is a new case.
+
+    A `goal` is the most that `goal_is` may be: this figure, or what becomes of it beside another case ("× NAME", "ms
+    over NAME"), which is `reached` now and was `reached_before`.
+    """
+
+    benchmark: str
+    name: str
+    unit: str
+    before: float | None
+    after: float
+    goal: float | None = None
+    goal_is: str | None = None
+    reached_before: float | None = None
+    reached: float | None = None
+
+    @property
+    def ratio(self) -> float | None:
+        """This figure divided by the one before."""
+        return self.after / self.before if self.before else None
+
+    @property
+    def missed(self) -> bool:
+        """Whether there is a goal that is not reached."""
+        return self.goal is not None and self.reached is not None and self.reached > self.goal
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """One run of benchmarks in two checkouts in turn: its date (ISO 8601), the computer, the commits, the cases."""
+
+    date: str
+    computer: Computer
+    before: str
+    after: str
+    cases: list[Compared]
+
+
 _RUNS = TypeAdapter(list[Run])
+
+
+_COMPARISON = TypeAdapter(Comparison)
+
+
+def read_comparison(path: Path) -> Comparison:
+    """Return a stored comparison; raises pydantic's `ValidationError` for a file of another form."""
+    return _COMPARISON.validate_json(path.read_bytes())
+
+
+def write_comparison(comparison: Comparison, path: Path) -> None:
+    """Store a comparison."""
+    path.write_bytes(_COMPARISON.dump_json(comparison, indent=1) + b"\n")
 
 
 def read(path: Path = RESULTS) -> list[Run]:

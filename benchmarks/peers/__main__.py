@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
-import platform
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -14,10 +12,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TypeVar
 
+from benchmarks.computer import computer
 from benchmarks.peers import commands, kinematics, queues, streams, timing, work
 from benchmarks.peers.contest import Contest, rounded, rows
-from maya_un.kinematics import closed
-from scripts.performance_results import RESULTS, Computer, Growth, Motion, Row, Run, read, write
+from scripts.performance_results import RESULTS, Growth, Motion, Row, Run, read, write
 
 PACKAGES = (
     "maya-un", "numpy", "bluesky-queueserver", "ikpy", "persist-queue", "pin", "roboticstoolbox-python", "ruckig",
@@ -127,20 +125,6 @@ def _short(growth: Growth) -> Growth:
 def _rounded(motion: Motion) -> Motion:
     least, carried_out, alone, off = rounded([motion.least, motion.carried_out, motion.alone, motion.off])
     return Motion(motion.name, least, carried_out, alone, off)
-
-
-def computer() -> Computer:
-    """Return what this machine is, and its load now."""
-    system = platform.freedesktop_os_release().get("PRETTY_NAME", platform.system())
-    one, five, fifteen = (round(load, 2) for load in os.getloadavg())
-    compiled = Path(closed.__file__).suffix != ".py"
-    return Computer(processor(), os.cpu_count() or 1, system, platform.python_version(), (one, five, fifteen), compiled)
-
-
-def processor() -> str:
-    """Return the processor's name."""
-    lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
 def versions() -> dict[str, str]:
