@@ -45,11 +45,12 @@ LARGEST = 1 << 17
 """Upper bound of the size of an order [bytes]."""
 
 
-def _starting(env: Mapping[str, str]) -> dict[str, str]:
+def starting(env: Mapping[str, str]) -> dict[str, str]:
+    """Return the variables that an interpreter reads when it starts."""
     return {name: value for name, value in env.items() if name.startswith(STARTING)}
 
 
-_OURS = _starting(os.environ)
+_OURS = starting(os.environ)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +146,7 @@ class WarmPopen(_Forked):
     @staticmethod
     def can(env: Mapping[str, str] | None) -> bool:
         """Tell whether a new interpreter would start with this environment as the forking one did."""
-        return env is None or _starting(env) == _OURS
+        return env is None or starting(env) == _OURS
 
 
 class WarmWorker(_Forked):
@@ -235,12 +236,12 @@ def main(descriptor: int, address: bytes) -> None:
     serve(descriptor, address, _load)
 
 
-def serve(descriptor: int, address: bytes, load: Callable[[], None]) -> None:
+def serve(descriptor: int, address: bytes, load: Callable[[], None], begin: Callable[[], None] | None = None) -> None:
     """Load, and fork what the other side of a socket orders, until it closes; a forked process carries out its order.
 
-    Programs that know the `address` can order too.
+    Programs that know the `address` can order too. A forked program calls `begin` before everything else.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # a forked program gets it as soon as it can
     server = _ForkServer(descriptor, address)
     load()
     gc.collect()
@@ -248,7 +249,7 @@ def serve(descriptor: int, address: bytes, load: Callable[[], None]) -> None:
     order = server.serve()
     if order is not None:
         try:
-            _carry_out(order)
+            _carry_out(order, begin)
         except SystemExit as ending:
             _end(ending.code)
         _end(None)
@@ -373,7 +374,7 @@ def _become(ends: Sequence[int], address: bytes) -> None:
     os.closerange(3, os.sysconf("SC_OPEN_MAX"))
 
 
-def _carry_out(order: _Order) -> None:
+def _carry_out(order: _Order, begin: Callable[[], None] | None) -> None:
     from maya_un.workers import child, pool
 
     os.environ.clear()
@@ -381,17 +382,21 @@ def _carry_out(order: _Order) -> None:
     os.chdir(order.folder)
     if not order.command:
         os.setsid()
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
         child.main()
         return
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
     pool._started = WarmWorker  # type: ignore[assignment]
-    if order.command[0] == "-m":
-        sys.path[0] = order.folder
-        sys.argv = order.command[1:]
+    is_module = order.command[0] == "-m"
+    sys.argv = order.command[is_module:]
+    sys.path[0] = order.folder if is_module else str(Path(sys.argv[0]).parent)
+    if begin is not None:
+        begin()
+    if is_module:
         runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
     else:
-        sys.path[0] = str(Path(order.command[0]).parent)
-        sys.argv = order.command
         runpy.run_path(sys.argv[0], run_name="__main__")
 
 

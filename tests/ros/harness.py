@@ -13,17 +13,18 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, cast
 from urllib.parse import urlsplit
 from uuid import uuid1
 from xmlrpc.client import ServerProxy
 
 from tests.calm import CALM_FILE
 from tests.errors_seen import SEEN
+from tests.fork_server import starting
 from tests.ports import free_port
 from tests.ros.driver_client import Driver
 from tests.ros.programs import Program
-from tests.ros.warm_nodes import warm
+from tests.ros.warm_nodes import FORKER, warm
 from tests.ros.workspace import BYTECODE, Workspace, python
 from tests.waiting import eventually
 
@@ -77,8 +78,13 @@ class Ros:
         self.close()
 
     def start(self, *command: str, environment: Mapping[str, str] | None = None) -> Program:
-        """Start a program on this graph; `environment` is laid over its environment."""
-        program = Program(command, {**self.environment, **(environment or {})})
+        """Start a program on this graph; `environment` is laid over its environment.
+
+        If that changes how an interpreter starts, the nodes that the program starts are not forked.
+        """
+        over = environment or {}
+        known = {name: value for name, value in self.environment.items() if name != FORKER or not starting(over)}
+        program = Program(command, {**known, **over})
         self._programs.append(program)
         return program
 
@@ -128,6 +134,12 @@ class Ros:
     def nodes(self) -> set[str]:
         """Return the names of the nodes that publish, subscribe or serve something."""
         return {node for kind in self.ask_master("getSystemState") for _, nodes in kind for node in nodes}
+
+    def process(self, node: str) -> int:
+        """Return the process of a node."""
+        with ServerProxy(self.ask_master("lookupNode", node)) as at:
+            _, _, pid = cast("tuple[int, str, int]", at.getPid("/test"))
+        return pid
 
     def topics(self) -> dict[str, str]:
         """Return the type of every topic."""

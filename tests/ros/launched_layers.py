@@ -8,8 +8,7 @@ import signal
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, cast
-from xmlrpc.client import ServerProxy
+from typing import Any
 
 from maya_ros.graph.protocol import GoalStatus
 from maya_ros.graph.table import STEP_COMMAND, STEP_STATUS
@@ -166,20 +165,14 @@ class LaunchedLayers:
             self.driver.publish("/controller/speed", "std_msgs/Float64", {"data": ratio})
             self.until_told("speed", before)
 
-    def process(self, node: str) -> int:
-        """Return the process of a node."""
-        with ServerProxy(self.ros.ask_master("lookupNode", node)) as at:
-            _, _, pid = cast("tuple[int, str, int]", at.getPid("/test"))
-        return pid
-
     def kill(self, node: str) -> None:
         """End a node as a crash would."""
-        os.kill(self.process(node), signal.SIGKILL)
+        os.kill(self.ros.process(node), signal.SIGKILL)
 
     @contextmanager
     def frozen(self, node: str) -> Iterator[None]:
         """Have a node hang while the block runs."""
-        pid = self.process(node)
+        pid = self.ros.process(node)
         os.kill(pid, signal.SIGSTOP)
         try:
             yield

@@ -22,7 +22,7 @@ IN_TIME = 8.0
 
 @pytest.fixture(scope="module")
 def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Ros]:
-    with Ros(tmp_path_factory.mktemp("endings"), workspace) as own:
+    with Ros(tmp_path_factory.mktemp("endings"), workspace, cold=True) as own:
         own.set_param("/maya/speed", float(FAST))
         yield own
 

@@ -7,7 +7,9 @@ import json
 import re
 import signal
 import socket
+import subprocess
 from collections.abc import Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -144,6 +146,8 @@ def test_rviz_shows_the_selected_displays(workspace: Workspace) -> None:
 
 WINDOWS = {"rviz", "maya_dashboard", "joint_sliders"}
 """Nodes that open windows."""
+PLANNING = {"hw_simulator", "robot_controller", "process_controller"}
+"""Nodes that plan motions, each in a worker process of its own."""
 OUTSIDE = {"ros_coms"}
 """Programs of a launch file that are no nodes: they reach the graph by rosbridge."""
 
@@ -188,10 +192,18 @@ def check(ros: Ros, file: str, choice: Choice, display: Mapping[str, str]) -> No
     if "ros_coms" in expected(file, choice):
         program.until("POST /connect", START)
     assert {name.lstrip("/") for name in ros.nodes()} == stay | {"rosout"}
+    for name in stay & PLANNING:
+        ros.until(partial(workers_of, ros.process(f"/{name}")), f"a worker process of {name}")
     check_state(ros, file, choice)
     assert program.end() == 0
     assert "has died" not in RVIZ_CRASH.sub("", program.said)
     assert "Traceback" not in program.said
+
+
+def workers_of(process: int) -> list[int]:
+    """Return the worker processes of a process."""
+    listed = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(process)], capture_output=True, check=False)
+    return [int(line.split()[0]) for line in listed.stdout.splitlines() if b"maya_un.workers.child" in line]
 
 
 def check_state(ros: Ros, file: str, choice: Choice) -> None:

@@ -300,7 +300,7 @@ def test_dashboard_with_actionlib_1_12_leaves_without_an_error(tmp_path: Path, w
 def test_it_stops_the_robot_without_a_master_and_shows_a_lost_one_as_disconnected(
     tmp_path: Path, workspace: Workspace
 ) -> None:
-    with Ros(tmp_path, workspace) as own, screen(own) as alone:
+    with Ros(tmp_path, workspace, cold=True) as own, screen(own) as alone:
         alone.wait("banner_text", "No robot")
         own.set_param("/maya/speed", SPEED)
         layer = own.start(*CONTROLLER_LAYER)

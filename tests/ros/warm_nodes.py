@@ -12,6 +12,7 @@ import importlib
 import itertools
 import os
 import pkgutil
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -25,7 +26,7 @@ _NUMBERS = itertools.count(1)
 
 def warm(python: Path, environment: Mapping[str, str]) -> dict[str, str]:
     """Return what a program needs in its environment besides, so that the nodes that it starts are forked."""
-    starting = {name: value for name, value in environment.items() if name.startswith(fork_server.STARTING)}
+    starting = fork_server.starting(environment)
     return {FORKER: _forker(python, frozenset(starting.items())).hex()}
 
 
@@ -39,10 +40,16 @@ def _forker(python: Path, starting: frozenset[tuple[str, str]]) -> bytes:
 
 def main(descriptor: int, address: bytes) -> None:
     """Load what nodes need, and serve."""
-    fork_server.serve(descriptor, address, _load)
+    fork_server.serve(descriptor, address, _load, _begin)
 
 
 def _load() -> None:
     package = importlib.import_module("maya_ros.ros1")
     for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
         importlib.import_module(found.name)
+
+
+def _begin() -> None:
+    """Have rospy read the arguments of the node, as it does when it loads."""
+    names = importlib.import_module("rospy.names")
+    names.reload_mappings(sys.argv)

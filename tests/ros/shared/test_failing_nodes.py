@@ -25,7 +25,7 @@ def test_second_node_of_a_name_is_refused_and_the_first_continues(robot: Launche
     second = robot.ros.start("rosrun", SCRIPTS[node], f"{node}.py")
     assert second.wait() == 2, second.said
     assert f"error {ALREADY}: " in second.said
-    assert f"process {robot.process(f'/{node}')}" in second.said
+    assert f"process {robot.ros.process(f'/{node}')}" in second.said
     assert "stopped" not in robot.words(before)
     robot.at_speed(1.0)
     robot.until_told("idle", before)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -49,14 +48,3 @@ def test_hostile_requests_to_the_queue_delay_no_stop(robot: LaunchedLayers, kind
     assert late <= WITHIN
     assert not crowd.dropped and set(crowd.statuses) <= ANSWERS
     assert robot.told[1]["fault"] is None
-
-
-@pytest.mark.parametrize("node", ["/hw_simulator", "/robot_controller", "/process_controller"])
-def test_node_that_plans_has_a_worker_process(robot: LaunchedLayers, node: str) -> None:
-    assert workers_of(robot.process(node))
-
-
-def workers_of(process: int) -> list[int]:
-    """Return the worker processes of a process."""
-    listed = subprocess.run(["ps", "-ww", "-o", "pid=,args=", "--ppid", str(process)], capture_output=True, check=True)
-    return [int(line.split()[0]) for line in listed.stdout.splitlines() if b"maya_un.workers.child" in line]

