@@ -44,25 +44,33 @@ def on_event(msg):
     assert msg.data not in (events.FAULT, events.LIMIT), msg.data
 
 
+def result_of(client, goal):
+    # SimpleActionClient misses the end of a goal that ends before send_goal has returned
+    result = None
+    while result is None:
+        client.send_goal_and_wait(goal, rospy.Duration(30.0), rospy.Duration(5.0))
+        result = client.get_result()
+    return result
+
+
 rospy.init_node("original")
 rospy.Subscriber("/maya_event", String, on_event)
 home = actionlib.SimpleActionClient("/home", HomeAction)
 move = actionlib.SimpleActionClient("/move", MoveAction)
 for client in (home, move):
     client.wait_for_server()
-home.send_goal_and_wait(HomeGoal())
-assert home.get_result().success, home.get_result().message
+homed = result_of(home, HomeGoal())
+assert homed.success, homed.message
 assert not c.A_0 < 0.0
 goal = MoveGoal(a=m.radians(45), b=1.5, c=1.5)
-move.send_goal_and_wait(goal)
-assert move.get_result().success, move.get_result().message
+moved = result_of(move, goal)
+assert moved.success, moved.message
 assert abs(rospy.wait_for_message("/maya_position", Point).x) > 0.1
 rospy.wait_for_service("/gripper")
 gripper = rospy.ServiceProxy("/gripper", SetBool)
 assert gripper(False).success
 assert gripper(True).success
-move.send_goal_and_wait(MoveGoal(a=45, b=1.5, c=1.5))
-assert not move.get_result().success
+assert not result_of(move, MoveGoal(a=45, b=1.5, c=1.5)).success
 rospy.wait_for_service("/maya_command")
 answer = rospy.ServiceProxy("/maya_command", MayaCommand)(MayaPrimitive(command=MayaPrimitive.CAN_TELEOP))
 print("answer", answer.success, sorted(seen))

@@ -140,10 +140,15 @@ def part_of(robot: SharedRobot) -> PartSeen:
 
 
 def by_topic(peer: Stranger, robot: SharedRobot, command: str, place: Point) -> None:
-    """Publish it once: after the approach, the reader knows the writer."""
+    """Send it until it is done: the robot refuses it while a repeated message of the approach still moves it."""
     approach_by_topic(peer, robot, (*place[:2], HERE[2]))
-    peer.ask("publish", topic="/maya_move", task={"command": command, "target": place})
-    eventually(lambda: part_of(robot).held == (command == "pick") and not busy(peer), f"the end of {command}")
+
+    def published() -> bool:
+        peer.ask("publish", topic="/maya_move", task={"command": command, "target": place})
+        return part_of(robot).held == (command == "pick")
+
+    eventually(published, f"{command} by a topic", pause=0.5)
+    eventually(lambda: not busy(peer), f"the end of {command}")
 
 
 def by_service(peer: Stranger, _: SharedRobot, command: str, place: Point) -> None:
