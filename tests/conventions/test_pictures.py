@@ -14,8 +14,8 @@ import pytest
 from tests.conventions.source import ROOT
 
 IMAGES = ROOT / "docs" / "images"
-OTHERS = {"terminal.svg"}
-"""Drawn by a script that needs a terminal."""
+OTHERS = {"terminal.svg", "flame-clients.svg", "flame-dry-run.svg", "flame-long-job.svg"}
+"""Drawn by scripts that need a terminal, or a profile."""
 
 SVG = (
     '<svg><text x="10.5">axis a</text><path id="m1f" d="M 1 2.25 L 3 4"/><use href="#m1f" clip-path="url(#p0)"/></svg>'

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from tests.campaign import Campaign
+from tests.system.processes import CALM, done, running
 
 pytestmark = [pytest.mark.long, pytest.mark.system]
 
@@ -64,6 +65,16 @@ def test_random_jobs_are_the_same_on_the_wire(shard: int, compiled: Path, campai
     plain = output(ROOT / "src", *task)
     assert len(set(plain.split())) > 0.9 * jobs
     assert output(compiled, *task) == plain
+
+
+def test_a_robot_that_runs_carries_a_job_out(compiled: Path, tmp_path: Path) -> None:
+    """Its workers get and return what the compiled modules compute."""
+    job = tmp_path / "job.yaml"
+    job.write_text("steps: [home, {pick: [0.5, 1.1, 0.4]}, {place: [1.1, 0.5, 0.4]}]")
+    with running(f"up --port 0 --speed 200 {CALM}", with_package(compiled)) as up:
+        up.until("http://")
+        code, said = done(f"run {job}", env=with_package(compiled))
+    assert code == 0, said
 
 
 def test_it_passes_the_tests_of_its_parts(compiled: Path) -> None:

@@ -269,6 +269,10 @@ class Segments(Sequence[Segment]):
         table = np.array(rows, dtype=np.int64).reshape(-1, 5)
         return cls(table[:, :3], table[:, 3], table[:, 4])
 
+    def __reduce__(self) -> tuple[type[Segments], tuple[Whole, Whole, Whole]]:
+        # compiled, it cannot be made without its arguments, as pickle does it
+        return Segments, (self.counts, self.speeds, self.end_speeds)
+
     def __len__(self) -> int:
         return len(self.speeds)
 

@@ -56,6 +56,7 @@ from maya_un.schema.previews import (
 )
 from maya_un.values import Point
 from maya_un.workers import Work, WorkerSet
+from maya_un.workers.wire import pickled
 
 MOST_TEXT = 65_536
 """Longest text of a job that is parsed for a caller [characters]; a thousand steps have about half of it."""
@@ -375,9 +376,9 @@ class JobComputer:
         try:
             taught = self._recall()
         except MayaError as error:
-            return pickle.dumps(error)
+            return pickled(error)
         if taught is not self._sealed[0]:
-            self._sealed = (taught, pickle.dumps(taught, pickle.HIGHEST_PROTOCOL))
+            self._sealed = (taught, pickled(taught))
         return self._sealed[1]
 
     async def _asked(self, work: Work[..., T], *args: object, whose: str) -> T:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Generator
 from typing import Any
 
 from maya_un.errors import MayaError
-from maya_un.workers.wire import ClosedError, WorkerAnswer, WorkerCommand, receive, send
+from maya_un.workers.wire import ClosedError, WorkerAnswer, WorkerCommand, pickled, receive, send
 
 SLICE = 0.02
 """Duration of a request's slice [s, computing]."""
@@ -70,11 +70,11 @@ class _Worker:
             request = taken()
             told, payload = request.go_on()
         except MayaError as error:
-            told, payload = WorkerAnswer.REFUSED, _pickled(error)
+            told, payload = WorkerAnswer.REFUSED, pickled(error)
         except MemoryError:
             told, payload = WorkerAnswer.TOO_LARGE, b""
         except Exception as defect:  # noqa: BLE001 - reported to the caller
-            told, payload = WorkerAnswer.FAILED, _pickled(repr(defect)[:500])
+            told, payload = WorkerAnswer.FAILED, pickled(repr(defect)[:500])
         else:
             if told in {WorkerAnswer.MORE, WorkerAnswer.PART}:
                 self._under_way[number] = request
@@ -105,16 +105,12 @@ class _WorkerTask:
                     return WorkerAnswer.TOO_LONG, b""
                 if part is not None:
                     self._left -= spent
-                    return WorkerAnswer.PART, _pickled(part)
+                    return WorkerAnswer.PART, pickled(part)
                 if spent >= SLICE:
                     self._left -= spent
                     return WorkerAnswer.MORE, b""
         except StopIteration as end:
-            return WorkerAnswer.DONE, _pickled(end.value)
-
-
-def _pickled(value: object) -> bytes:
-    return pickle.dumps(value, pickle.HIGHEST_PROTOCOL)
+            return WorkerAnswer.DONE, pickled(end.value)
 
 
 def _computed() -> float:

@@ -22,7 +22,7 @@ from typing import Any, Generic, NamedTuple, ParamSpec, TypeVar
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InternalError, MayaError, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
-from maya_un.workers.wire import ClosedError, StuckError, WorkerAnswer, WorkerCommand, receive, send
+from maya_un.workers.wire import ClosedError, StuckError, WorkerAnswer, WorkerCommand, pickled, receive, send
 
 OPEN = 4
 """Most clients whose requests are under way at once in a worker; the others use no memory yet."""
@@ -147,7 +147,7 @@ class Workers:
     ) -> None:
         self._name = name
         self._bounds = bounds
-        self._prepare = pickle.dumps((bounds.memory, bounds.nicer, prepare, arguments))
+        self._prepare = pickled((bounds.memory, bounds.nicer, prepare, arguments))
         self._numbers = itertools.count(1)
         self._circle = RoundRobin(bounds.most, bounds.each)
         self._changed = threading.Condition()
@@ -175,7 +175,7 @@ class Workers:
         many as the bounds allow. A simulated clock stands still meanwhile. Raises the errors of `work`, `TooMuchAsked`,
         `TakesTooLong`, `TooLarge` and `WorkerFailed`.
         """
-        payload = pickle.dumps((self._bounds.seconds, work, args), pickle.HIGHEST_PROTOCOL)
+        payload = pickled((self._bounds.seconds, work, args))
         request = WorkRequest(next(self._numbers), whose, payload)
         with self._changed:
             if self._closed:

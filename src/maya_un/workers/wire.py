@@ -5,10 +5,12 @@ Both ends are processes of this program, over pipes that no other process has; n
 
 from __future__ import annotations
 
+import io
 import os
 import pickle
 import select
 import struct
+from dataclasses import fields, is_dataclass
 from enum import IntEnum
 from typing import Any
 
@@ -41,6 +43,35 @@ class WorkerAnswer(IntEnum):
     FAILED = 6
 
 
+class _Pickler(pickle.Pickler):
+    """Pickles compiled dataclasses too.
+
+    pickle restores an object by setting its attributes, which a frozen dataclass refuses. Python gives such a class
+    methods for this; mypyc does not.
+    """
+
+    def reducer_override(self, value: Any) -> Any:
+        """Return how to restore an object of a compiled dataclass."""
+        kind: Any = type(value)
+        if hasattr(kind, "__mypyc_attrs__") and is_dataclass(kind):
+            return _restored, (kind, tuple(getattr(value, field.name) for field in fields(kind)))
+        return NotImplemented
+
+
+def _restored(kind: Any, values: tuple[Any, ...]) -> Any:
+    made = kind.__new__(kind)
+    for field, value in zip(fields(kind), values, strict=True):
+        object.__setattr__(made, field.name, value)
+    return made
+
+
+def pickled(value: object) -> bytes:
+    """Return a pickle of a value, for the other end."""
+    data = io.BytesIO()
+    _Pickler(data, pickle.HIGHEST_PROTOCOL).dump(value)
+    return data.getvalue()
+
+
 class ClosedError(Exception):
     """The other end has gone."""
 
@@ -54,7 +85,7 @@ def send(pipe: int, *message: Any, within: float | None = None) -> None:
 
     With `within` the pipe must not block; raises `StuckError` if no data moves for `within` [s].
     """
-    data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+    data = pickled(message)
     view = memoryview(_LENGTH.pack(len(data)) + data)
     try:
         while view:

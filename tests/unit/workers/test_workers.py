@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import os
+import pickle
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import ClassVar
 
 import pytest
 
 from dmc41x3.loops import run, run_virtual
 from maya_un.errors import InternalError, InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
 from maya_un.workers import ComputeLimits, Workers
+from maya_un.workers.wire import pickled
 from tests.unit.workers import tasks
 
 BOUNDS = ComputeLimits(seconds=0.5, memory=1 << 29, most=8, each=3)
@@ -176,3 +180,20 @@ def test_worker_forgets_every_request_whose_caller_has_left() -> None:
             assert (await workers.run(tasks.under_way)).value == 0
 
     run(main())
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """Stands for a dataclass that mypyc has compiled: pickle can restore it only by setting its attributes."""
+
+    __mypyc_attrs__: ClassVar[tuple[str, ...]] = ("size", "parts")
+    size: float
+    parts: tuple[Compiled, ...] = ()
+
+    def __getstate__(self) -> tuple[None, dict[str, object]]:
+        return None, {"size": self.size, "parts": self.parts}
+
+
+def test_a_compiled_dataclass_goes_through_the_pipe() -> None:
+    value = [Compiled(1.0, (Compiled(2.0),))]
+    assert pickle.loads(pickled(value)) == value
