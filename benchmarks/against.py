@@ -2,7 +2,8 @@
 
 Each benchmark runs in both checkouts in turn, and the cases of the same name are compared by their best figures. A
 benchmark runs again, at most `--rounds` times, while one of its figures is more than 5 % worse than in the other
-checkout: a computer that did something else for a moment makes no figure worse for good.
+checkout: a computer that did something else for a moment makes no figure worse for good. The checkouts change places
+after each round.
 """
 
 from __future__ import annotations
@@ -61,8 +62,12 @@ def compared(folder: Path, name: str, rounds: int) -> list[Compared]:
     before: Figures = {}
     after: Figures = {}
     cases: list[Compared] = []
-    for _ in range(rounds):
-        before, after = better(before, figures(folder, name)), better(after, figures(ROOT, name))
+    for number in range(rounds):
+        if number % 2 == 0:
+            before = better(before, figures(folder, name))
+        after = better(after, figures(ROOT, name))
+        if number % 2 == 1:
+            before = better(before, figures(folder, name))
         cases = list(paired(name, before, after))
         if not any(case.ratio is not None and case.ratio > WORSE for case in cases):
             break

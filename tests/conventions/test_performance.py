@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks import against
 from tests.conventions.source import ROOT
 
 PICTURES = ("performance-growth.svg", "performance-limit.svg", "performance-peers.svg")
@@ -81,3 +82,66 @@ def test_every_program_of_the_stored_run_gave_the_same_answer_as_maya(modules: C
     assert not run.quick
     assert {row.subject for row in run.rows} == set(modules("performance_page").SUBJECTS)
     assert all(row.difference is not None and row.difference <= row.tolerance for row in run.rows)
+
+
+def test_a_goal_that_is_missed_is_bold_and_a_figure_that_is_worse_is_named(
+    modules: Callable[[str], Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    results, page = modules("performance_results"), modules("performance_page")
+    better = results.Compared("b", "one", "ms", 2.0, 1.0, 1.5, "ms", 2.0, 1.0)
+    worse = results.Compared("b", "two", "ms", 1.0, 2.0, 1.5, "ms", 1.0, 2.0)
+    stored = replace(results.read_comparison(results.GOALS), cases=[better, worse])
+    faster = replace(stored, cases=[replace(worse, reached=1.2)])
+    monkeypatch.setattr(page, "read_comparison", lambda path: stored if path == results.GOALS else faster)
+    text = page.page()
+    assert "| b | one | 1.5 ms | **2** | 1 |  |" in text
+    assert "| b | two | 1.5 ms | 1 | **2** | 1.2 |" in text
+    assert "Of 2 goals, 2 are reached." in text
+    assert "- b, two: 1 ms before, 2 ms now." in text
+
+
+def figure(best: float) -> dict[str, dict[str, Any]]:
+    """Return the figures of a benchmark with one case."""
+    return {"case": {"unit": "ms", "best": best, "goal": None, "goal_is": None, "compared": None}}
+
+
+def test_a_benchmark_runs_again_while_it_is_worse(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    runs = {tmp_path: [1.0, 2.0, 2.0], against.ROOT: [3.0, 1.01, 1.0]}
+    monkeypatch.setattr(against, "figures", lambda folder, _: figure(runs[folder].pop(0)))
+    (case,) = against.compared(tmp_path, "b", 3)
+    assert (case.before, case.after) == (1.0, 1.01)
+    assert all(len(left) == 1 for left in runs.values())
+
+
+def test_figures_of_other_benchmarks_are_kept_while_the_commits_are_the_same(
+    modules: Callable[[str], Any], tmp_path: Path
+) -> None:
+    results = modules("performance_results")
+    first = replace(
+        results.read_comparison(results.GOALS), cases=[results.Compared(name, "x", "ms", 1.0, 1.0) for name in "ab"]
+    )
+    again = replace(first, cases=[results.Compared("b", "x", "ms", 1.0, 0.5)])
+    file = tmp_path / "goals.json"
+    assert against.joined(file, again).cases == again.cases
+    results.write_comparison(first, file)
+    assert [(case.benchmark, case.after) for case in against.joined(file, again).cases] == [("a", 1.0), ("b", 0.5)]
+    assert against.joined(file, replace(again, after="another")).cases == again.cases
+
+
+STACKS = """\
+main (a.py:1);Handle._run (asyncio/events.py:80);work (dmc41x3/twin/x.py:3);sum (numpy/y.py:1) 3
+main (a.py:1);Handle._run (asyncio/events.py:80);work (dmc41x3/twin/x.py:4) 1
+main (a.py:2) 5
+"""
+
+
+def test_a_flame_graph_has_the_shares_of_the_functions(modules: Callable[[str], Any]) -> None:
+    flame = modules("flame_graph")
+    work, part = flame.boxes(flame.calls_of(STACKS))
+    assert [(box.function, box.row, box.share) for box in (work, part)] == [
+        ("work (dmc41x3/twin/x.py)", 0, 1.0),
+        ("sum (numpy/y.py)", 1, 0.75),
+    ]
+    assert part.width == pytest.approx(0.75 * work.width)
+    assert flame.colour(work.function) != flame.colour(part.function)
+    assert "sum (numpy/y.py): 75.0%" in flame.picture(STACKS, "a picture")
