@@ -11,7 +11,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -34,7 +34,8 @@ PEER = str(Path(__file__).with_name("ros_peer.py"))
 def pinned(pid: int, cpu: int) -> None:
     """Bind all threads of a process, and those they will begin, to a CPU."""
     for thread in Path(f"/proc/{pid}/task").iterdir():
-        os.sched_setaffinity(int(thread.name), {cpu})
+        with suppress(ProcessLookupError):  # it has ended
+            os.sched_setaffinity(int(thread.name), {cpu})
 
 
 def pid_of(ros: Ros, node: str) -> int:

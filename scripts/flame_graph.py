@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from html import escape
 from pathlib import Path
 
-WIDTH, ROW, MARGIN, TOP = 1180, 17, 10, 58
+WIDTH, ROW, MARGIN, TOP = 1180, 17, 10, 76
 LEAST = 0.004
 """Least share of a box that is drawn."""
 
@@ -107,12 +107,15 @@ def picture(stacks: str, title: str) -> str:
 
 def legend(used: set[str]) -> Iterator[str]:
     """Yield the colours that are used, with their meanings."""
-    x = float(MARGIN)
+    x, y = MARGIN, 31
     for _, fill, meaning in LAYERS:
         if fill in used:
-            yield f'<rect x="{x:g}" y="31" width="11" height="11" fill="{fill}"/>'
-            yield f'<text x="{x + 15:g}" y="41">{meaning}</text>'
-            x += 30 + round(6.6 * len(meaning))
+            width = 30 + round(6.6 * len(meaning))
+            if x + width > WIDTH:
+                x, y = MARGIN, y + ROW
+            yield f'<rect x="{x}" y="{y}" width="11" height="11" fill="{fill}"/>'
+            yield f'<text x="{x + 15}" y="{y + 10}">{meaning}</text>'
+            x += width
 
 
 def _drawn(box: Box) -> Iterator[str]:
