@@ -16,7 +16,6 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 from threading import Event
-from xmlrpc.client import ServerProxy
 
 from harness import Case, Goal, Sample, measure, report
 
@@ -36,13 +35,6 @@ def pinned(pid: int, cpu: int) -> None:
     for thread in Path(f"/proc/{pid}/task").iterdir():
         with suppress(ProcessLookupError):  # it has ended
             os.sched_setaffinity(int(thread.name), {cpu})
-
-
-def pid_of(ros: Ros, node: str) -> int:
-    """Return the process of a node."""
-    with ServerProxy(ros.ask_master("lookupNode", node)) as at:
-        _, _, pid = at.getPid("/bench")  # type: ignore[misc]
-    return int(str(pid))
 
 
 def cpu_time(pid: int) -> float:
@@ -107,7 +99,7 @@ def main() -> None:
         while "ready" not in next(answers):
             pass
         cpus = sorted(os.sched_getaffinity(0))
-        pinned(pid_of(ros, "/robot_controller"), cpus[0])
+        pinned(ros.process("/robot_controller"), cpus[0])
         pinned(empty.pid, cpus[0])
         pinned(caller.pid, cpus[-1])
         cases = [

@@ -57,7 +57,8 @@ _OURS = starting(os.environ)
 class _Order:
     """A program to fork: a script, or `-m` and a module, and its arguments; no command for a worker.
 
-    If it is `held`, the program has a session of its own, and is killed when who ordered it closes the connection.
+    If it is `held`, the program has a session of its own. It is killed when the process that ordered it closes its
+    connection.
     """
 
     command: list[str]

@@ -96,7 +96,7 @@ def test_a_goal_that_is_missed_is_bold_and_a_figure_that_is_worse_is_named(
     text = page.page()
     assert "| b | one | 1.5 ms | **2** | 1 |  |" in text
     assert "| b | two | 1.5 ms | 1 | **2** | 1.2 |" in text
-    assert "Of 2 goals, 2 are reached." in text
+    assert "Of 2 goals, 2 are reached, as source or compiled." in text
     assert "- b, two: 1 ms before, 2 ms now." in text
 
 
