@@ -91,6 +91,10 @@ class Peer:
                     task.cancel()
             case "threads":
                 self._say("threads", names=[thread.name for thread in threading.enumerate()])
+            case "serve":
+                self._graph.serve(request["service"], "std_srvs/Trigger", self._late)
+            case "expect":
+                self._graph.expect(request["service"])
             case "writers":
                 self._say("writers", names=sorted(self._echoed.writers), readers=self._out.readers)
             case _:

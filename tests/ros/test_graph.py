@@ -44,6 +44,12 @@ class Peer:
         """Return its next message about a topic."""
         return _read(self.said.until(lambda message: _read(message)["what"] == what, after=after))
 
+    def runs(self, thread: str) -> bool:
+        """Return whether it has a thread of this name."""
+        before = len(self.said.messages)
+        self.do("threads")
+        return thread in self.says("threads", before)["names"]
+
 
 def _read(message: dict[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = json.loads(message["data"])
@@ -158,6 +164,17 @@ def test_disconnected_caller_has_its_answer_cancelled(ros: Ros, peer: Peer) -> N
     assert peer.says("cancelled", before)["of"] == "service"
 
 
+def test_service_expected_before_it_was_served_is_called_without_a_master(ros: Ros, peer: Peer) -> None:
+    peer.do("expect", service="/peer/promised")
+    ros.until(lambda: peer.runs("maya-expect"), "the lookup")
+    peer.do("serve", service="/peer/promised")
+    ros.until(lambda: not peer.runs("maya-expect"), "an end of the lookup")
+    with ros.frozen_master():
+        before = mark(peer.said)
+        peer.do("call", service="/peer/promised", kind="std_srvs/Trigger")
+        assert peer.says("answered", before)["answer"]["message"] == "in the loop"
+
+
 def test_call_cancelled_while_it_connects_is_never_sent(ros: Ros, peer: Peer) -> None:
     path = f"{ROOT}:{ros.environment.get('PYTHONPATH', '')}"
     offered = ("lasting", "failing", "late", "quick", "move", "do")
@@ -174,12 +191,7 @@ def test_call_cancelled_while_it_connects_is_never_sent(ros: Ros, peer: Peer) ->
     peer.says("did cancel", before)
     server.send(signal.SIGCONT)
 
-    def calls() -> bool:
-        mine = mark(peer.said)
-        peer.do("threads")
-        return "maya-call /slow/lasting" in peer.says("threads", mine)["names"]
-
-    ros.until(lambda: not calls(), "an end of the call")
+    ros.until(lambda: not peer.runs("maya-call /slow/lasting"), "an end of the call")
     assert all(_read(message)["what"] != "asked" for message in peer.said.messages[before:])
     server.close()
 

@@ -193,7 +193,7 @@ class Graph(Protocol):
         ...
 
     def expect(self, *services: str) -> None:
-        """Look up services before they are called, so that later calls work without a master."""
+        """Look up services before they are called, so that later calls work without a master; return at once."""
         ...
 
     def act(self, action: str, kind: str, act: Act) -> GraphHandle:

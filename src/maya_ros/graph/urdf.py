@@ -168,9 +168,12 @@ class Sliders:
         if not all(axis in told for axis in AXES):
             return None
         wanted = tuple(float(told.get(name, JAW_OPEN)) for name in _SET)
-        if self._heard is not None and (self._clock() - self._heard < SILENCE or wanted == self._left):
-            self._left = wanted
-            return None
+        if self._heard is not None:
+            silent = self._clock() - self._heard >= SILENCE
+            # The first message only tells where the sliders are: while this process hung, it measured a silence.
+            if not silent or self._left is None or wanted == self._left:
+                self._left = wanted
+                return None
         self._heard = self._left = None
         a, b, c, jaw = wanted
         drawn = list(positions(self._mechanism, Joints(a, b, c), jaw))

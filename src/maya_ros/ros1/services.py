@@ -27,6 +27,9 @@ from maya_un.errors import MasterGone, MayaError, ServiceFailed, UnknownInterfac
 _LOOKUP = 0.3
 """Longest wait for the master's address of a known service [s]; then the former address is used."""
 
+_AGAIN = 1.0
+"""Time between two lookups of a service that no node serves yet [s]."""
+
 _LOOK = 0.2
 """Longest time until a disconnected caller is noticed [s]."""
 
@@ -150,15 +153,20 @@ class Calls:
         self._idle: defaultdict[tuple[str, str], list[_Proxy]] = defaultdict(list)
         self._busy: set[_Proxy] = set()
         self._addresses: dict[str, str] = {}
-        self._open = True
+        self._closed = threading.Event()
 
     def expect(self, *services: str) -> None:
-        """Look up services while the master answers; a later call repeats a failed lookup."""
+        """Look up services while the master answers, until each has a node: a node registers one after the other."""
 
         def look() -> None:
-            for service in map(whole, services):
-                with suppress(MasterGone, rosgraph.MasterException):
-                    _located(service, self._addresses)
+            missing = [*map(whole, services)]
+            while missing:
+                for service in tuple(missing):
+                    with suppress(MasterGone, rosgraph.MasterException):
+                        _located(service, self._addresses)
+                        missing.remove(service)
+                if missing and self._closed.wait(_AGAIN):
+                    break
 
         threading.Thread(target=look, name="maya-expect", daemon=True).start()
 
@@ -186,7 +194,7 @@ class Calls:
 
     def close(self) -> None:
         """Close all connections."""
-        self._open = False
+        self._closed.set()
         for proxy in (*self._busy, *(one for idle in self._idle.values() for one in idle)):
             proxy.drop()
         self._idle.clear()
@@ -206,10 +214,10 @@ class Calls:
 
     def _given_back(self, key: tuple[str, str], proxy: _Proxy) -> None:
         self._busy.discard(proxy)
-        if self._open:
-            self._idle[key].append(proxy)
-        else:
+        if self._closed.is_set():
             proxy.close()
+        else:
+            self._idle[key].append(proxy)
 
     def _dropped(self, proxy: _Proxy) -> None:
         self._busy.discard(proxy)

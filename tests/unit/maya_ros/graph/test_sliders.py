@@ -76,6 +76,13 @@ def test_silent_robot_stays_drawn_until_a_slider_moves(sliders: Sliders, clock: 
     assert sliders.slid(slid(1.2)) is None
 
 
+def test_silence_measured_by_a_hanging_process_draws_no_sliders(sliders: Sliders, clock: Clock) -> None:
+    sliders.slid(slid(1.0))
+    sliders.robot(robot(0.3))
+    clock.now += 2.0 * SILENCE
+    assert sliders.slid(slid(1.0)) is None
+
+
 def test_incomplete_slider_positions_draw_nothing(sliders: Sliders) -> None:
     assert sliders.slid({"header": {}, "name": ["a", "b"], "position": [0.1, 2.0]}) is None
 
@@ -102,6 +109,8 @@ async def test_on_a_graph_one_of_them_is_drawn_and_the_robots_topic_is_untouched
     await elapse(0.01)
     moving.publish(slid(0.3))
     await elapse(2.0 * SILENCE)
+    moving.publish(slid(0.3))
+    await elapse(0.01)
     moving.publish(slid(0.4))
     await elapse(0.01)
     assert [message["position"][0] for message in drawn] == [0.1, 0.2, 0.4]
