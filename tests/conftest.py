@@ -16,6 +16,7 @@ import hypothesis
 import pytest
 
 from dmc41x3.loops import run_virtual
+from tests import fork_server
 from tests.campaign import Campaign, Ledger
 
 pytest_plugins = ["tests.errors_seen", "tests.hard_timeout", "tests.secrecy"]
@@ -115,6 +116,13 @@ def frozen_remains() -> Iterator[None]:
     yield
     gc.collect()
     gc.freeze()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def forked_workers() -> Iterator[None]:
+    """Fork the worker processes of robots within this process: to start one from nothing takes half a second."""
+    with fork_server.forked_workers():
+        yield
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -24,11 +24,13 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from io import FileIO
 from pathlib import Path
+
+from maya_un.workers import child, pool
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -224,6 +226,17 @@ _address = b""
 """The address of the forking process; empty in a process that was not forked by it."""
 
 
+@contextmanager
+def forked_workers() -> Iterator[None]:
+    """Fork the worker processes that this process starts while the block runs."""
+    cold = pool._started
+    pool._started = WarmWorker  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        pool._started = cold
+
+
 @functools.cache
 def _forker() -> Forker:
     if _address:
@@ -376,8 +389,6 @@ def _become(ends: Sequence[int], address: bytes) -> None:
 
 
 def _carry_out(order: _Order, begin: Callable[[], None] | None) -> None:
-    from maya_un.workers import child, pool
-
     os.environ.clear()
     os.environ.update(order.env)
     os.chdir(order.folder)

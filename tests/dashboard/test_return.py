@@ -46,6 +46,14 @@ def kept_tab(own: Service, tab_of: Callable[..., Tab]) -> Tab:
     return tab
 
 
+def begin_long_job(own: Service) -> int:
+    """Begin the long job and return its number once a step has an effect: then the journal has its beginning."""
+    since = own.newest
+    number: int = own.ask("POST /v1/jobs", LONG_JOB)["id"]
+    own.until_event("gripper_closed", since)
+    return number
+
+
 def come_back(own: Service, tab: Tab) -> None:
     """Kill the service, see that the page says so, start it again, and see that the page goes on."""
     own.kill()
@@ -145,8 +153,7 @@ def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
     tab = tab_of(own, width=width, height=height, bypass_csp=True)
     tab.forgive(*GONE)
     tab.open("/")
-    own.ask("POST /v1/jobs", LONG_JOB)
-    own.until(lambda queue: queue["running"] is not None, "/v1/queue")
+    begin_long_job(own)
     examiner = Examiner(tab, size)
     own.kill()
     tab.until("document.querySelector('[data-lost]')")
@@ -158,8 +165,7 @@ def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
 
 
 def test_a_decision_can_wait(own: Service, kept_tab: Tab) -> None:
-    job = own.ask("POST /v1/jobs", LONG_JOB)["id"]
-    own.until(lambda queue: queue["running"] is not None, "/v1/queue")
+    job = begin_long_job(own)
     come_back(own, kept_tab)
     kept_tab.until("document.querySelector('[data-recovery]')")
     kept_tab.page.keyboard.press("Escape")

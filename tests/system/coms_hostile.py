@@ -10,6 +10,7 @@ import json
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 from maya_ros.graph.servers.steps import QUIET
@@ -26,6 +27,7 @@ from maya_un.errors import (
 )
 from tests.system.test_coms import call
 from tests.system.test_coms_rtdb import wait
+from tests.waiting import eventually
 
 PLACE = {"x": 0.5, "y": 0.9, "z": 0.5}
 NEAR = {"command": "approach", "args": PLACE}
@@ -100,6 +102,10 @@ class DatabaseSetup(ABC):
         assert result is not None
         return result
 
+    def has_more(self, seen: int) -> bool:
+        """Tell whether it has more results than were seen, or no open command."""
+        return len(self.results()) > seen or not self.open()
+
     def stop(self) -> None:
         """Stop the robot."""
         assert call("POST", self.service, "/v1/stop")["status"] == 200
@@ -150,8 +156,7 @@ def require_no_stop_is_delayed(house: DatabaseSetup) -> None:
     wait(lambda: house.found("g0000") is not None)
     house.stop()
     while house.open():  # a thousand results take a busy machine minutes
-        seen = len(house.results())
-        wait(lambda: len(house.results()) > seen or not house.open())  # noqa: B023 - it is called before the next round
+        eventually(partial(house.has_more, len(house.results())), "another result", pause=1.0)
     results = house.results()
     assert results.keys() == bad.keys() | good.keys()
     assert {results[key]["code"] for key in bad} == {str(UnknownName.code)}

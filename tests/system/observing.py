@@ -17,6 +17,10 @@ from maya_un.coms.schemas import SCHEMAS
 from tests.system.brokers import Broker, disconnect
 
 
+VALIDATORS = {kind: jsonschema.Draft202012Validator(schema) for kind, schema in SCHEMAS.items()}
+"""Of the messages on a topic, by the last word of the topic."""
+
+
 class Seen(NamedTuple):
     """A message on a topic of a robot; `kind` is the last word of the topic."""
 
@@ -49,7 +53,7 @@ class Observer:
         with self._changed:
             try:
                 data = json.loads(message.payload)
-                jsonschema.validate(data, SCHEMAS[kind])
+                VALIDATORS[kind].validate(data)
                 self.seen.append(Seen(robot, kind, data))
             except (ValueError, KeyError, jsonschema.ValidationError) as error:
                 self.faults.append(f"{message.topic}: {message.payload!r}: {error}")

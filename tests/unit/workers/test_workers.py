@@ -19,6 +19,12 @@ from maya_un.workers import ComputeLimits, Workers
 from maya_un.workers.wire import pickled
 from tests.unit.workers import tasks
 
+
+@pytest.fixture(scope="module", autouse=True)
+def forked_workers() -> None:
+    """Have workers start from nothing here."""
+
+
 BOUNDS = ComputeLimits(seconds=0.5, memory=1 << 29, most=8, each=3)
 
 
