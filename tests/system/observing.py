@@ -16,7 +16,6 @@ from paho.mqtt.enums import CallbackAPIVersion
 from maya_un.coms.schemas import SCHEMAS
 from tests.system.brokers import Broker, disconnect
 
-
 VALIDATORS = {kind: jsonschema.Draft202012Validator(schema) for kind, schema in SCHEMAS.items()}
 """Of the messages on a topic, by the last word of the topic."""
 
