@@ -27,8 +27,8 @@ from maya_un.errors import MasterGone, MayaError, ServiceFailed, UnknownInterfac
 _LOOKUP = 0.3
 """Longest wait for the master's address of a known service [s]; then the former address is used."""
 
-_AGAIN = 1.0
-"""Time between two lookups of a service that no node serves yet [s]."""
+_AGAIN, _SELDOM = 1.0, 16.0
+"""Time until a service that no node serves yet is looked up again [s]: it doubles from the first to the second."""
 
 _LOOK = 0.2
 """Longest time until a disconnected caller is noticed [s]."""
@@ -153,20 +153,25 @@ class Calls:
         self._idle: defaultdict[tuple[str, str], list[_Proxy]] = defaultdict(list)
         self._busy: set[_Proxy] = set()
         self._addresses: dict[str, str] = {}
+        self._expected: set[str] = set()
         self._closed = threading.Event()
 
     def expect(self, *services: str) -> None:
         """Look up services while the master answers, until each has a node: a node registers one after the other."""
+        missing = [name for name in map(whole, services) if name not in self._expected]
+        self._expected.update(missing)
 
         def look() -> None:
-            missing = [*map(whole, services)]
+            pause = _AGAIN
             while missing:
                 for service in tuple(missing):
                     with suppress(MasterGone, rosgraph.MasterException):
                         _located(service, self._addresses)
                         missing.remove(service)
-                if missing and self._closed.wait(_AGAIN):
+                        self._expected.discard(service)
+                if missing and self._closed.wait(pause):
                     break
+                pause = min(2.0 * pause, _SELDOM)
 
         threading.Thread(target=look, name="maya-expect", daemon=True).start()
 
