@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import ast
 import functools
-from collections.abc import Iterator
+import gc
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -59,17 +60,27 @@ def _parse(path: Path, base: Path) -> Module:
     return Module(".".join(parts), path, text, ast.parse(text, str(path)))
 
 
+def _parsed(paths: Iterable[Path], base: Path) -> tuple[Module, ...]:
+    """Parse files. The garbage collector never looks at their trees, which takes five times as long as to parse them."""
+    gc.disable()
+    try:
+        return tuple(_parse(path, base) for path in paths)
+    finally:
+        gc.freeze()
+        gc.enable()
+
+
 @functools.cache
 def modules() -> tuple[Module, ...]:
     """Return every module of the packages."""
-    return tuple(_parse(path, ROOT / "src") for package in PACKAGES for path in sorted(package.rglob("*.py")))
+    return _parsed((path for package in PACKAGES for path in sorted(package.rglob("*.py"))), ROOT / "src")
 
 
 @functools.cache
 def test_modules() -> tuple[Module, ...]:
     """Return every module of the tests."""
     found = sorted((ROOT / "tests").rglob("*.py"))
-    return tuple(_parse(path, ROOT) for path in found if "node_modules" not in path.parts)
+    return _parsed((path for path in found if "node_modules" not in path.parts), ROOT)
 
 
 test_modules.__test__ = False  # type: ignore[attr-defined]
