@@ -20,6 +20,7 @@ from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from tests.ports import free_port
 from tests.system.processes import Process, Wire, done, running
+from tests.waiting import eventually
 
 pytestmark = pytest.mark.system
 
@@ -103,6 +104,8 @@ def test_robot_by_a_serial_port() -> None:
             assert done("stop")[0] == 0
             wait_for_motion(wire, moving=False, within=5.0)
             assert home.end()[0] == 1
+        # A busy machine loses the connection by a serial port now and then; the service restores it.
+        eventually(lambda: answer("status")["state"]["mode"] != "disconnected", "a connection")
         with running("home") as home:
             home.until("running")
             wait_for_motion(wire, moving=True, within=20.0)
