@@ -242,9 +242,10 @@ def _repeated(run: Run, older: Sequence[Run]) -> Iterator[str]:
     changes = dict(ratio_changes(before, run))
     far = {key: change for key, change in changes.items() if change > CLOSE}
     yield _wrapped(
-        f"Another run is from {before.date}, with the load {_load(before.computer)} at its start. Of {len(changes)} "
-        f"ratios, {len(changes) - len(far)} differ by at most {CLOSE:.0%} between the two runs. The difference is the "
-        f"greater ratio divided by the smaller one, less 1." + (" These differ more:" if far else "")
+        f"Another run is from {before.date}, on {before.computer.processor}, with the load {_load(before.computer)} at "
+        f"its start. Of {len(changes)} ratios, {len(changes) - len(far)} differ by at most {CLOSE:.0%} between the two "
+        f"runs. The difference is the greater ratio divided by the smaller one, less 1."
+        + (" These differ more:" if far else "")
     )
     if far:
         yield ""
