@@ -272,13 +272,13 @@ def mark(robot: SharedRobot) -> int:
     return robot.do(marked)
 
 
-def since(robot: SharedRobot, mark: int) -> Window:
-    """Return what the mechanics recorded since the mark."""
+def since(robot: SharedRobot, begin: int) -> Window:
+    """Return what the mechanics recorded since a mark."""
 
     async def looked(stack: Stack) -> Window:
         assert stack.twin is not None
         stack.twin.controller.sync()
-        return stack.twin.mechanics.record.since(mark)
+        return stack.twin.mechanics.record.since(begin)
 
     return robot.do(looked)
 
