@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
 import re
 import subprocess
 import tempfile
@@ -22,7 +21,7 @@ from statistics import median
 from typing import Any
 
 from bench_memory import resident
-from harness import Case, Figure, Goal, Sample, measure, report
+from harness import Case, Figure, Goal, Sample, cpu_time, measure, report
 from job import pairs
 from picture import lateness, standing
 from playwright.sync_api import Browser, sync_playwright
@@ -72,12 +71,6 @@ def all_bytes() -> float:
     return float(sum(packed(path) for path in SITE.rglob("*") if path.suffix in {".js", ".css", ".html"}))
 
 
-def used(pid: int) -> float:
-    """Return the CPU time of a process [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 class Viewers:
     """Clients of the stream in this process; `stalled` ones never read."""
 
@@ -89,9 +82,9 @@ class Viewers:
     def cost(self, pid: int, count: int, stalled: int = 0) -> float:
         """Return the CPU time that the service uses in a second while `count` clients look on [s]."""
         self._loop.run_until_complete(self._enter(count, stalled))
-        before, began = used(pid), time.monotonic()
+        before, began = cpu_time(pid), time.monotonic()
         self._loop.run_until_complete(asyncio.sleep(SECONDS))
-        found = (used(pid) - before) / (time.monotonic() - began)
+        found = (cpu_time(pid) - before) / (time.monotonic() - began)
         self.leave()
         return found
 

@@ -21,7 +21,7 @@ from tempfile import TemporaryDirectory
 from threading import Thread
 
 import aiomqtt
-from harness import Case, Goal, Sample, measure, report
+from harness import Case, Goal, Sample, cpu_time, measure, report
 
 from maya_un.http import dates
 from tests.system.brokers import broker
@@ -64,8 +64,7 @@ class Follower:
     @property
     def used(self) -> float:
         """The processor time that it has used [s]."""
-        tasks = Path(f"/proc/{self._process.pid}/task").glob("*/schedstat")
-        return sum(int(task.read_text().split()[0]) for task in tasks) / 1e9
+        return cpu_time(self._process.pid)
 
     def _read(self) -> None:
         assert self._process.stdout is not None

@@ -15,9 +15,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from threading import Event
 
-from harness import Case, Goal, Sample, measure, report
+from harness import Case, Goal, Sample, in_a_second, measure, report
 
 from tests.ros import workspace
 from tests.ros.harness import Ros
@@ -35,12 +34,6 @@ def pinned(pid: int, cpu: int) -> None:
     for thread in Path(f"/proc/{pid}/task").iterdir():
         with suppress(ProcessLookupError):  # it has ended
             os.sched_setaffinity(int(thread.name), {cpu})
-
-
-def cpu_time(pid: int) -> float:
-    """Return the CPU time that a process has used [s]."""
-    words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 @contextmanager
@@ -76,17 +69,6 @@ def called(caller: Program, answers: Iterator[str], service: str, how: str) -> S
     return sample
 
 
-def used(pid: int) -> Sample:
-    """Return a sample of the CPU time that a process uses in a second."""
-
-    def sample() -> float:
-        before = cpu_time(pid)
-        Event().wait(SECONDS)
-        return (cpu_time(pid) - before) / SECONDS
-
-    return sample
-
-
 def main() -> None:
     reason = workspace.missing()
     if reason is not None:
@@ -118,8 +100,9 @@ def main() -> None:
     with TemporaryDirectory() as folder, Ros(Path(folder), workspace.provide(), cold=True) as ros:
         sensors = peer(ros, "sensors")
         peer(ros, "listens")
-        costs = [Case("/maya_position at 50 Hz, CPU in a second", used(sensors.pid), unit="ms", goal=Goal(50.0))]
-        figures += measure(costs, 5, by=median)
+        cost = in_a_second(sensors.pid, SECONDS)
+        cases = [Case("/maya_position at 50 Hz, CPU in a second", cost, "ms", Goal(50.0))]
+        figures += measure(cases, 5, by=median)
     report(figures)
 
 

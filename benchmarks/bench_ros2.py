@@ -15,9 +15,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from statistics import median
-from threading import Event
 
-from harness import Case, Goal, Sample, measure, report
+from harness import Case, Goal, Sample, in_a_second, measure, report
 from service import service
 
 from maya_un.client import Client
@@ -60,21 +59,6 @@ def called(caller: subprocess.Popen[str], name: str) -> Sample:
     return sample
 
 
-def used(pid: int) -> Sample:
-    """Return a sample of the CPU time that a process uses in a second [s]."""
-
-    def cpu_time() -> float:
-        words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-        return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
-
-    def sample() -> float:
-        before = cpu_time()
-        Event().wait(SECONDS)
-        return (cpu_time() - before) / SECONDS
-
-    return sample
-
-
 def home(url: str) -> None:
     """Home a robot, so that it publishes where it is."""
     with Client(url) as robot:
@@ -97,11 +81,11 @@ def main() -> None:
             Case("/controller/recover, which asks the robot's loop", called(caller, "/controller/recover")),
         ]  # fmt: skip
         figures = measure(services, 9, by=median)
-        with_ros = used(robot.pid)
+        with_ros = in_a_second(robot.pid, SECONDS)
         with service() as plain:
             with ThreadPoolExecutor() as both:
                 list(both.map(home, (robot.url, plain.url)))
-            cases = [Case("maya up at rest, CPU in a second", used(plain.pid), "ms"),
+            cases = [Case("maya up at rest, CPU in a second", in_a_second(plain.pid, SECONDS), "ms"),
                      Case("with --ros2", with_ros, "ms")]  # fmt: skip
             figures += measure(cases, 5, by=median)
         readers = held.enter_context(peer("reads", str(READERS)))

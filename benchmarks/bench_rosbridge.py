@@ -9,7 +9,6 @@ nobody is there: what the twin takes is not the endpoint's.
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import json
 import sys
 import time
@@ -17,7 +16,7 @@ from contextlib import ExitStack
 from statistics import median
 from typing import Any
 
-from harness import Case, Goal, Sample, measure, report
+from harness import Case, Goal, Sample, cpu_time, measure, report
 from service import service
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.asyncio.server import ServerConnection, broadcast, serve
@@ -54,7 +53,7 @@ class Server:
     """A server process and clients of it: one that publishes, and those that read."""
 
     def __init__(self, pid: int, url: str, loop: asyncio.AbstractEventLoop) -> None:
-        self._clock = cpu_clock(pid)
+        self._pid = pid
         self._url = url
         self._loop = loop
         self._clients: list[ClientConnection] = []
@@ -121,9 +120,9 @@ class Server:
 
     def rest(self) -> float:
         """Return CPU seconds a second while nothing is published, and remember it."""
-        before, began = self.used(), time.monotonic()
+        before, began = cpu_time(self._pid), time.monotonic()
         self._loop.run_until_complete(asyncio.sleep(SECONDS))
-        self._idle = (self.used() - before) / (time.monotonic() - began)
+        self._idle = (cpu_time(self._pid) - before) / (time.monotonic() - began)
         return self._idle
 
     def cost(self) -> float:
@@ -134,26 +133,14 @@ class Server:
         writer, *readers = self._clients
         expected = round(SECONDS * RATE)
         reading = [asyncio.ensure_future(read(reader, expected)) for reader in readers]
-        before, began = self.used(), time.monotonic()
+        before, began = cpu_time(self._pid), time.monotonic()
         due = began
         for number in range(expected):
             due = max(due + 1.0 / RATE, time.monotonic())
             await asyncio.sleep(due - time.monotonic())
             await writer.send(said("publish", topic="/bench", msg={"data": f"{number}"}))
         await asyncio.gather(*reading)
-        return (self.used() - before) / (time.monotonic() - began)
-
-    def used(self) -> float:
-        """Return the CPU time of the server's process [s]."""
-        return time.clock_gettime(self._clock)
-
-
-def cpu_clock(pid: int) -> int:
-    """Return the clock of a process's CPU time, which counts nanoseconds (clock_getcpuclockid(3))."""
-    clock = ctypes.c_int()
-    if ctypes.CDLL(None).clock_getcpuclockid(pid, ctypes.byref(clock)):
-        raise ProcessLookupError(pid)
-    return clock.value
+        return (cpu_time(self._pid) - before) / (time.monotonic() - began)
 
 
 def said(op: str, **message: Any) -> str:

@@ -8,11 +8,13 @@ disturbed) unless a benchmark asks for another, as one about a longest wait must
 from __future__ import annotations
 
 import argparse
+import ctypes
 import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from statistics import median
+from threading import Event
 from typing import Literal
 
 Sample = Callable[[], float]
@@ -68,6 +70,25 @@ def timed(work: Callable[[], object], calls: int = 1) -> Sample:
         for _ in range(calls):
             work()
         return (time.perf_counter() - start) / calls
+
+    return sample
+
+
+def cpu_time(pid: int) -> float:
+    """Return the CPU time that a process has used [s], counted in nanoseconds (clock_getcpuclockid(3))."""
+    clock = ctypes.c_int()
+    if ctypes.CDLL(None).clock_getcpuclockid(pid, ctypes.byref(clock)):
+        raise ProcessLookupError(pid)
+    return time.clock_gettime(clock.value)
+
+
+def in_a_second(pid: int, lasts: float) -> Sample:
+    """Return a sample of the CPU time that a process uses in a second [s], the mean over `lasts` [s]."""
+
+    def sample() -> float:
+        before, began = cpu_time(pid), time.monotonic()
+        Event().wait(lasts)
+        return (cpu_time(pid) - before) / (time.monotonic() - began)
 
     return sample
 
