@@ -15,7 +15,12 @@ def to_data(value: object) -> Any:
 
 
 def to_json(value: object) -> bytes:
-    """Return a message as JSON."""
+    """Return a message, or a list of messages, as JSON.
+
+    A list is encoded message by message: one call for all of them would block the other threads of Python.
+    """
+    if isinstance(value, list):
+        return b"[%b]" % b",".join(map(to_json, value))
     return _adapter(type(value)).dump_json(value)
 
 
