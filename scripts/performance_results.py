@@ -18,6 +18,9 @@ RESULTS = FOLDER / "peers.json"
 GOALS = FOLDER / "goals.json"
 """This checkout beside an older one."""
 
+SERVICES = FOLDER / "services.json"
+"""The same for the benchmarks of programs that serve others: dashboard, ROS 2, rosbridge, fleet."""
+
 COMPILED = FOLDER / "compiled.json"
 """Compiled modules beside the same ones as source."""
 

@@ -171,7 +171,7 @@ def examiner_of(request: pytest.FixtureRequest, tab_of: Callable[..., Tab]) -> O
 def test_page_and_what_opens_in_it(
     path: str, stages: Sequence[Sequence[Step]], furnished: TwinService, examiner_of: Opened, campaign: Campaign
 ) -> None:
-    """What opens in a page is looked at on a large screen, and with `./test --long` on a phone too."""
+    """axe examines the stages of a page on a large screen, and with `./test --long` on a phone too."""
     tab, examiner = examiner_of(furnished)
     tab.open(path)
     examiner.walk(path, stages if campaign.long or examiner.size != "phone" else ())

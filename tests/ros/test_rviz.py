@@ -29,7 +29,7 @@ STARTS = 3
 """Most launches until rviz is up: Debian's software renderer crashes now and then as it compiles its first shaders."""
 
 CRASH = re.compile(rf"\[rviz-\d+\] process has died .*exit code -{signal.SIGSEGV:d},")
-"""What roslaunch prints after that."""
+"""The line of roslaunch after that."""
 
 pytestmark = pytest.mark.timeout(600)
 
