@@ -116,15 +116,14 @@ A figure is the best of all rounds. One that is printed bold misses its goal. Th
 """
 
 SERVICES_TEXT = """
-These benchmarks start programs that serve others, each once to three times. *Before* is the commit {before}, *now* is
-the commit {after}. The figures are from {date}: {machine}. Most of them are times by the clock, so they also contain
-what else the computer did: the times of bare programs, which run nothing of Maya, differ by up to 25 % between the two
-checkouts.
+These benchmarks start programs that serve others. *Before* is the commit {before}, *now* is the commit {after}. The
+figures are from {date}: {machine}. Most of them are times by the clock, so they also contain what else the computer
+did. The bare programs run nothing of Maya: a difference between their two times shows how uncertain the others are.
 """
 
 MISSED_TEXT = """
 Decisions [69](../decisions/0069-compiled-modules-are-optional.md) and
-[71](../decisions/0071-limits-of-the-speed.md) have profiles that show why the other goals are not reached.
+[71](../decisions/0071-limits-of-the-speed.md) give the reasons why the other goals are not reached.
 """
 
 

@@ -19,7 +19,7 @@ GOALS = FOLDER / "goals.json"
 """This checkout beside an older one."""
 
 SERVICES = FOLDER / "services.json"
-"""The same for the benchmarks of programs that serve others: dashboard, ROS 2, rosbridge, fleet."""
+"""The same for the benchmarks that start programs which serve others."""
 
 COMPILED = FOLDER / "compiled.json"
 """Compiled modules beside the same ones as source."""
