@@ -60,7 +60,7 @@ def test_keys_move_by_the_step_that_was_chosen(pendant: Pane) -> None:
     pendant.press("X")
     pendant.until_true(idle_at("x", x - 10.0), "x 10 mm back")
     pendant.press("1")
-    pendant.until("± 1 mm / 0.1°")
+    pendant.until("± 1.0 mm / 0.10°")
     pendant.press("Right")
     pendant.until_true(idle_at("x", x - 9.0), "x 1 mm forth")
     r = value(pendant.picture(), "r")

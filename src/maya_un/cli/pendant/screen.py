@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import signal
 from collections.abc import Callable
-from math import degrees, hypot
+from math import hypot
 from typing import TypeAlias
 
 from prompt_toolkit.application import Application
@@ -24,6 +24,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.configure import configuration
 from maya_un.cli.pendant.session import MOVES, STEPS, KeyStep, PendantSession
 from maya_un.cli.settings import OutputSettings
+from maya_un.cli.units import OutputUnits, units_of
 from maya_un.client import requests
 from maya_un.errors import translated
 from maya_un.kinematics.workspace import Workspace
@@ -41,15 +42,15 @@ SHOWN = 3
 _ALIKE = {"idle": "", "moving": "class:moving", "homing": "class:moving", "stopping": "class:moving"}
 
 
-def drawn(session: PendantSession, language: str) -> list[Piece]:
+def drawn(session: PendantSession, language: str, units: OutputUnits) -> list[Piece]:
     """Return all text except the keys: mode and step, the gripper position, the nearest limits, the notes."""
     pieces: list[Piece] = [
         ("class:head", "Maya   "),
         *_mode(session, language),
-        ("", f"   {_step(STEPS[session.step])}\n\n"),
+        ("", f"   {_step(STEPS[session.step], units)}\n\n"),
     ]
-    pieces += _position(session, language)
-    pieces += _limits(session, language)
+    pieces += _position(session, language, units)
+    pieces += _limits(session, language, units)
     pieces.append(("", "\n"))
     pieces += [("class:note", f"{note}\n") for note in session.notes]
     return pieces
@@ -67,37 +68,36 @@ def _mode(session: PendantSession, language: str) -> list[Piece]:
     return mode
 
 
-def _step(step: KeyStep) -> str:
-    return f"± {step.length * 1e3:g} mm / {degrees(step.angle):g}°"
+def _step(step: KeyStep, units: OutputUnits) -> str:
+    return f"± {units.length(step.length)} / {units.angle(step.angle)}"
 
 
-def _position(session: PendantSession, language: str) -> list[Piece]:
+def _position(session: PendantSession, language: str, units: OutputUnits) -> list[Piece]:
     if not session.status:
         return []
     joints, point = session.joints, session.status["state"]["point"]
     if joints is None or point is None:
         return [("", f"{translate('position unknown until homed', language)}\n\n")]
-    rows = zip(_joint_lines(joints), _place_lines(Point(*point)), strict=True)
+    rows = zip(_joint_lines(joints, units), _place_lines(Point(*point), units), strict=True)
     return [("", "".join(f"  {place:<20} {joint}\n" for joint, place in rows) + "\n")]
 
 
-def _place_lines(point: Point) -> list[str]:
+def _place_lines(point: Point, units: OutputUnits) -> list[str]:
     named = zip("xyzr", (*point, hypot(point.x, point.y)), strict=True)
-    return [f"{name} {value * 1e3:9.1f} mm" for name, value in named]
+    return [f"{name} {units.length(value):>12}" for name, value in named]
 
 
-def _joint_lines(joints: Joints) -> list[str]:
-    lengths = (f"{name} {value * 1e3:9.1f} mm" for name, value in (("b", joints.b), ("c", joints.c)))
-    return [f"a {degrees(joints.a):9.2f}°", *lengths, ""]
+def _joint_lines(joints: Joints, units: OutputUnits) -> list[str]:
+    return [*(f"{axis} {units.joint(axis, value):>12}" for axis, value in joints._asdict().items()), ""]
 
 
-def _limits(session: PendantSession, language: str) -> list[Piece]:
+def _limits(session: PendantSession, language: str, units: OutputUnits) -> list[Piece]:
     nearest = session.nearest()
     if not nearest:
         return []
     pieces: list[Piece] = [("", f"{translate('nearest limits:', language)} ")]
     for distance in nearest[:SHOWN]:
-        pieces += [("class:near" if distance.rank < WARN else "", str(distance)), ("", "   ")]
+        pieces += [("class:near" if distance.rank < WARN else "", distance.text(units)), ("", "   ")]
     return [*pieces, ("", "\n")]
 
 
@@ -128,6 +128,7 @@ class _Pendant:
 
     def __init__(self, client: ServiceClient, settings: OutputSettings) -> None:
         self._language = settings.language
+        self._units = units_of(settings)
         self._session = PendantSession(client, Workspace.of(configuration(settings)), settings.language)
         self._naming = False
         self._name = Buffer(multiline=False, accept_handler=self._named)
@@ -152,7 +153,7 @@ class _Pendant:
 
     def _layout(self) -> Layout:
         def text() -> FormattedText:
-            return FormattedText(drawn(self._session, self._language))
+            return FormattedText(drawn(self._session, self._language, self._units))
 
         asked = VSplit(
             [

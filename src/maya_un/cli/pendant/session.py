@@ -9,13 +9,14 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Coroutine, Iterator
-from math import degrees, hypot, radians
+from math import hypot, radians
 from typing import Any, NamedTuple
 
 from dmc41x3.i18n import marked, translate, translate_phrase
 from dmc41x3.wire import emergency
 from maya_un import runtime
 from maya_un.cli.client import ServiceClient
+from maya_un.cli.units import OutputUnits
 from maya_un.client import requests
 from maya_un.errors import MayaError
 from maya_un.kinematics.limits import unit
@@ -77,9 +78,11 @@ class LimitDistance(NamedTuple):
     unit: str
     rank: float
 
-    def __str__(self) -> str:
-        shown = {"m": f"{self.margin * 1e3:.1f} mm", "rad": f"{degrees(self.margin):.2f}°"}
-        return f"{self.name} {shown.get(self.unit, f'{self.margin:.2f} × load')}"
+    def text(self, units: OutputUnits) -> str:
+        """Return the name and the margin."""
+        if self.unit == "load":
+            return f"{self.name} {self.margin:.2f} × load"
+        return f"{self.name} {units.length(self.margin) if self.unit == 'm' else units.angle(self.margin)}"
 
 
 def distances(workspace: Workspace, joints: Joints) -> list[LimitDistance]:

@@ -17,6 +17,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.main import main
 from maya_un.cli.pendant.screen import drawn
 from maya_un.cli.pendant.session import MOVES, STEPS, KeyStep, PendantSession, distances
+from maya_un.cli.units import MILLIMETRES, SI, OutputUnits
 from maya_un.config import Config
 from maya_un.errors import Busy
 from maya_un.kinematics.workspace import Workspace
@@ -65,8 +66,8 @@ def pendant(robot: Robot) -> Iterator[PendantSession]:
         yield PendantSession(ServiceClient(url), WORKSPACE, "en")
 
 
-def picture(session: PendantSession) -> str:
-    return "".join(text for _, text in drawn(session, "en"))
+def picture(session: PendantSession, units: OutputUnits = MILLIMETRES) -> str:
+    return "".join(text for _, text in drawn(session, "en", units))
 
 
 def real_time(work: Any) -> None:
@@ -95,7 +96,7 @@ def test_a_letter_goes_forth_and_its_capital_back() -> None:
 def test_nearest_limit_is_first(joints: Joints, name: str, text: str) -> None:
     first = distances(WORKSPACE, joints)[0]
     assert first.name.startswith(name)
-    assert text in str(first)
+    assert text in first.text(MILLIMETRES)
 
 
 def test_distances_are_in_order_and_none_is_left_out() -> None:
@@ -187,14 +188,25 @@ def test_picture_shows_mode_step_place_and_limits() -> None:
     session.step = "1"
     session.notes.append("something")
     shown = picture(session)
-    assert "Maya   moving   ± 1 mm / 0.1°" in shown
+    assert "Maya   moving   ± 1.0 mm / 0.10°" in shown
     assert "x     500.0 mm" in shown
     assert "r    1208.3 mm" in shown
-    assert "a     24.44°" in shown
-    assert f"nearest limits: {session.nearest()[0]}" in shown
+    assert "a       24.44°" in shown
+    assert f"nearest limits: {session.nearest()[0].text(MILLIMETRES)}" in shown
     assert shown.endswith("something\n")
     session.status = {"state": {**state(mode="fault"), "fault": {"code": 2301, "message": "Axis b met its switch."}}}
-    assert ("class:trouble", "  Axis b met its switch.") in drawn(session, "en")
+    assert ("class:trouble", "  Axis b met its switch.") in drawn(session, "en", MILLIMETRES)
+
+
+def test_lengths_and_angles_are_shown_in_the_units_of_the_options() -> None:
+    with pendant(Robot()) as session:
+        session.status = {"state": state()}
+        shown = picture(session, SI)
+    assert "± 0.0100 m / 0.0175 rad" in shown
+    assert "x     0.5000 m" in shown
+    assert "a   0.4266 rad" in shown
+    assert f"nearest limits: {session.nearest()[0].text(SI)}" in shown
+    assert "mm" not in shown and "°" not in shown
 
 
 @pytest.mark.parametrize(("line", "missing"), [("jog", "AXIS"), ("jog b", "DISTANCE")])
