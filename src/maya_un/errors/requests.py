@@ -13,8 +13,13 @@ JobStateWord = Literal[
 ]  # fmt: skip
 """States of a job in a sentence."""
 
-JobAction = Literal["held", "released", "moved", "a reference for `queue move`", "changed", "done again"]
+JobAction = Literal[
+    "held", "released", "moved", "a reference for `queue move`", "changed", "changed without approval", "done again"
+]  # fmt: skip
 """Changes of a job in the sentence of `WrongState`."""
+
+RefusingState = Literal[JobStateWord, "paused within a step"]
+"""States of a job in the sentence of `WrongState`."""
 
 
 class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}: {reason}."):
@@ -111,7 +116,7 @@ class WrongState(RequestError, code=4014, en="Job {number} is {state}. A job in 
     """A job in this state does not allow this change."""
 
     number: int
-    state: JobStateWord
+    state: RefusingState
     action: JobAction
 
 

@@ -124,7 +124,7 @@ class Process:
         it needs the file of taught places and that is broken, `KeyReused`, `InvalidValue`, `StorageFailed`;
         `NotConnected` and `Faulted` while no job can run, unless it is to be held.
         """
-        halts = self.turns.halts
+        halts, asked = self.turns.halts, self._noted(asked)
         return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
 
     async def command(self, command: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
@@ -140,8 +140,8 @@ class Process:
             and self._pausing.paused
             and self.turns.running is None
         ):
-            asked = SubmitRequest(asked.owner, asked.options, asked.key, direct=True)
-        return await self._submit(written, asked)
+            asked = replace(asked, direct=True)
+        return await self._submit(written, self._noted(asked))
 
     async def again(self, number: int, asked: SubmitRequest, from_step: int | None = None) -> int:
         """Queue an ended job once more, as a new job, from a step on; return the new number.
@@ -149,7 +149,7 @@ class Process:
         Without `from_step` it begins at the first step that was not done, or at the first step if all were done. Raises
         `NotFound`, `WrongState`, `InvalidValue` and as `submit` does.
         """
-        halts = self.turns.halts
+        halts, asked = self.turns.halts, self._noted(asked)
         row, steps = await self.shown.found(number)
         if not row.state.ended:
             raise WrongState(number=number, state=row.state.value, action="done again")
@@ -237,6 +237,7 @@ class Process:
         Waiting jobs of the owner become proposals, which a user approves or declines.
         """
         self.turns.driver_ended(owner)
+        self._submitting.revocations[owner] += 1
         self._whole.begin(self._editing.unapprove(owner))
 
     async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
@@ -309,6 +310,10 @@ class Process:
             await self.journal.close()
         for item in self._items:
             item.finish()
+
+    def _noted(self, asked: SubmitRequest) -> SubmitRequest:
+        """Return a request that has come now."""
+        return replace(asked, revocations=self._submitting.revocations[asked.owner.name])
 
     async def _submit(
         self, written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow] = (), halts: int | None = None

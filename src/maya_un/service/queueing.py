@@ -261,9 +261,9 @@ class QueueService:
     async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
         """Change a job before its start: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
 
-        In a paused or interrupted job, steps that have not started may be replaced. Raises `NotFound`, `WrongState`,
-        `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`. An approved job becomes a proposal
-        again if a student changes it.
+        In a job that is paused between two steps, or interrupted, steps that have not started may be replaced. An
+        approved job becomes a proposal again if a student changes it; once it has begun, a student cannot change it.
+        Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`.
         """
         line = await self._process.shown.found_line(number)
         require_over(by, Operation.CHANGE_JOB, line.owner)

@@ -113,3 +113,11 @@ def test_a_job_with_too_many_names_is_refused_by_its_key() -> None:
 def test_json_with_too_many_values_is_refused_before_it_is_read() -> None:
     with pytest.raises(InvalidRequest, match="more than"):
         decode_object(b'{"a":[' + b"1," * MOST_VALUES + b"]")
+
+
+@pytest.mark.parametrize(
+    "body", [b'{"name": "\xed\xa0\x80"}', b'{"name": "\\ud800"}', '{"name": "\\ud800"}'.encode("utf-16")]
+)
+def test_json_with_a_lone_surrogate_is_refused_in_every_encoding(body: bytes) -> None:
+    with pytest.raises(InvalidRequest, match="it is not JSON"):
+        decode_object(body)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-from collections.abc import AsyncIterator, Callable, Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import AsyncIterator, Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import asdict, dataclass, replace
 from reprlib import repr
@@ -125,6 +126,7 @@ class SubmitRequest:
     """The owner and the options of a submission.
 
     A `proposal` is held until it is approved, a `direct` job runs at once. `key` is an idempotency key, "" for none.
+    `revocations` counts how often the owner had lost the right to queue jobs when the request came.
     """
 
     owner: RequestOwner
@@ -132,6 +134,7 @@ class SubmitRequest:
     key: str = ""
     proposal: bool = False
     direct: bool = False
+    revocations: int = 0
 
 
 class DependencyStatus(NamedTuple):
@@ -142,10 +145,14 @@ class DependencyStatus(NamedTuple):
 
 
 class JobSubmitter:
-    """Submits jobs. `next_id` is the number of the next job."""
+    """Submits jobs. `next_id` is the number of the next job.
+
+    `revocations` counts by owner how often the right to queue jobs ended; a job requested before that is a proposal.
+    """
 
     def __init__(self, items: QueueEntries, ledger: TransactionLog, changes: Changes, dates: Dates) -> None:
         self.next_id = 1
+        self.revocations: Counter[str] = Counter()
         self._items = items
         self._ledger = ledger
         self._changes = changes
@@ -193,13 +200,14 @@ class JobSubmitter:
     async def _new(self, written: StoredJob, asked: SubmitRequest, digest: str, skipped: Sequence[StepRow]) -> int:
         options = asked.options
         standing = await self.standing(options.depends_on)
+        proposal = asked.proposal or self._revoked(asked)
         row = JobRow(
             id=self._number(),
             name=written.name,
             body=written.body,
             options=options,
             owner=asked.owner,
-            state=TaskState.HELD if options.held or asked.proposal or standing.notice else TaskState.QUEUED,
+            state=TaskState.HELD if options.held or proposal or standing.notice else TaskState.QUEUED,
             position=0.0,
             submitted=self.date(),
             steps=len(written.expansion.tasks),
@@ -207,7 +215,7 @@ class JobSubmitter:
             message="" if standing.notice is None else standing.notice.message,
             key=asked.key,
             digest=digest,
-            proposal=asked.proposal,
+            proposal=proposal,
         )
         row = replace(row, position=self._items.order.end(row.id))
         steps = list(skipped)
@@ -216,13 +224,22 @@ class JobSubmitter:
         except StorageFailed:
             await self._ledger.check()
             raise
+        late = self._revoked(asked) and not row.proposal
+        if late:
+            row = replace(row, state=TaskState.HELD, proposal=True)
         record = JobRecord.kept(written.expansion, steps) if steps else None
         item = QueueEntry(row, record, self.not_done(standing.waits_for), asked.direct)
         self._items.add(item)
         self._changes.tell(row)
+        if late:
+            await self._ledger.write(lambda: [self._changes.row(item, item.row)])
         await self.hold_where_failed(item)
         self._items.park(item)
         return row.id
+
+    def _revoked(self, asked: SubmitRequest) -> bool:
+        """Return whether the owner has lost the right to queue jobs since the request came."""
+        return self.revocations[asked.owner.name] != asked.revocations
 
     async def _write(self, row: JobRow, steps: list[StepRow]) -> None:
         if steps:
@@ -277,6 +294,7 @@ def _digest(written: StoredJob, asked: SubmitRequest) -> str:
 
 _WAITING = frozenset({TaskState.QUEUED, TaskState.HELD})
 _AT_A_TIME = 200
+_READ_AT_A_TIME = 50  # a job that only the journal has takes 0.2 ms
 _BETWEEN = frozenset({TaskState.PAUSED, TaskState.INTERRUPTED})
 
 
@@ -344,9 +362,11 @@ class JobEditor:
     async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
         """Change the options of a job, or its body (`job`); without `approved` it becomes a proposal.
 
+        A job that has begun cannot become a proposal: nobody could approve it before it goes on.
+
         Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `StorageFailed`.
         """
-        item = self._changeable(number)
+        item = self._changeable(number, approved=approved, body="job" in changes)
         rest = {key: value for key, value in changes.items() if key != "job"}
         if "held" in rest:
             raise InvalidRequest(key="held", reason="hold and release a job by the operations for it")
@@ -357,7 +377,7 @@ class JobEditor:
         begun = await self._foresight.expanded(item.row.body) if written is not None and item.begun else None
 
         def propose() -> list[Transaction]:
-            self._changeable(number)
+            self._changeable(number, approved=approved, body=written is not None)
             options = read_options(rest, item.row.options)
             if written is not None:
                 self._require_same(item, written, begun)
@@ -372,20 +392,32 @@ class JobEditor:
     async def unapprove(self, owner: str) -> None:
         """Make all waiting jobs of an owner proposals, even if the write fails; started jobs stay.
 
-        The owner may no longer queue jobs. Raises `StorageFailed`.
+        The owner may no longer queue jobs. The first change is that of the jobs in memory, because the next to begin is
+        one of them; the others change some at a time, so other tasks can run. Raises `StorageFailed`.
         """
 
-        def propose() -> list[Transaction]:
-            parked = [self._items.get(number) for number in self._ledger.journal.waiting_of(owner)]
-            items = {*self._items, *parked}
-            rows = ((item, item.row) for item in items if item.row.owner.name == owner and not item.begun)
+        def proposals(items: Iterable[QueueEntry | None]) -> list[Transaction]:
+            rows = [(item, item.row) for item in items if item is not None and not item.begun]
             return [
                 self._changes.row(item, replace(row, state=TaskState.HELD, proposal=True, approved_by=""))
                 for item, row in rows
-                if row.state in _WAITING
+                if row.owner.name == owner and row.state in _WAITING and (row.approved_by or not row.proposal)
             ]
 
-        await self._ledger.write(propose)
+        failed: StorageFailed | None = None
+        numbers = self._ledger.journal.waiting_of(owner)
+        slices = [numbers[begin : begin + _READ_AT_A_TIME] for begin in range(0, len(numbers), _READ_AT_A_TIME)]
+        changes = [
+            lambda: proposals({*self._items}),
+            *(lambda some=some: proposals(map(self._items.find, some)) for some in slices),
+        ]
+        for change in changes:
+            try:
+                await self._ledger.write(change)
+            except StorageFailed as error:
+                failed = error
+        if failed is not None:
+            raise failed
 
     async def cancel(self, number: int, error: MayaError, unless: Callable[[], bool] = lambda: False) -> None:
         """End a job that is not under way, unless `unless` returns True; has no effect on an ended job.
@@ -462,10 +494,16 @@ class JobEditor:
             raise WrongState(number=number, state=item.row.state.value, action=action)
         return item
 
-    def _changeable(self, number: int) -> QueueEntry:
+    def _changeable(self, number: int, *, approved: bool, body: bool) -> QueueEntry:
+        """Return a job whose options, with `body` also its steps, may change now; raises `NotFound`, `WrongState`."""
         item = self._items.get(number)
-        if item.row.state not in _WAITING | _BETWEEN:
-            raise WrongState(number=number, state=item.row.state.value, action="changed")
+        state = item.row.state
+        if state not in _WAITING | _BETWEEN:
+            raise WrongState(number=number, state=state.value, action="changed")
+        if body and item.under_way and state is TaskState.PAUSED:  # its runner goes on with the steps that it has
+            raise WrongState(number=number, state="paused within a step", action="changed")
+        if item.begun and not approved:
+            raise WrongState(number=number, state=state.value, action="changed without approval")
         return item
 
     def _placed(self, number: int, priority: int, position: float) -> Transaction:
@@ -474,8 +512,8 @@ class JobEditor:
         return self._changes.row(item, replace(item.row, options=options, position=position), sure=False)
 
     def _require_same(self, item: QueueEntry, written: StoredJob, before: Expansion | None) -> None:
-        """Raise `InvalidJob` if a new body changes started steps of a job; `before` is the old body."""
-        if not item.begun:
+        """Raise `InvalidJob` if a new body changes steps that have begun or are left out; `before` is the old body."""
+        if not item.begun and item.record is None:
             return
         old = before if item.record is None else item.record.expansion
         if old is None:  # the job has started just now
@@ -484,7 +522,8 @@ class JobEditor:
         begun = max((step.row.index for step in steps if step.state is not TaskState.QUEUED), default=0)
         if list(map(_effect, written.expansion.tasks[:begun])) != list(map(_effect, old.tasks[:begun])):
             raise InvalidJob(
-                key="steps", reason=phrase("steps up to {begun} have begun and must not change", begun=begun)
+                key="steps",
+                reason=phrase("steps up to {begun} have begun or are left out, and must not change", begun=begun),
             )
 
     def _changed(

@@ -41,9 +41,9 @@ class QueueEntry:
 
     `record` exists once the job has begun. `waits_for` are the jobs that must be done before it. A `direct` job is a
     command to be done now, which a paused queue does not delay. `end_by` is the error that is to end it early; with
-    `interrupt` it ends as interrupted instead. `moving`: its runner may be cancelled. `checking`: its runner still
-    computes the job. `waiting`: its runner waits, while nothing moves, and `question` is the one that it asks.
-    `concludes`: its runner is finished and writes the end. `began` is loop time [s] of this run.
+    `interrupt` it ends as interrupted instead. `under_way`: a runner has it. `moving`: its runner may be cancelled.
+    `checking`: its runner still computes the job. `waiting`: its runner waits, while nothing moves, and `question` is
+    the one that it asks. `concludes`: its runner is finished and writes the end. `began` is loop time [s] of this run.
     `finished`: its end has been announced. `ended` then wakes the waiting tasks.
     """
 
@@ -53,6 +53,7 @@ class QueueEntry:
     direct: bool = False
     end_by: MayaError | None = None
     interrupt: bool = False
+    under_way: bool = False
     moving: bool = False
     checking: bool = False
     waiting: bool = False

@@ -268,6 +268,7 @@ class Scheduler:
                 item, limit = turn
                 self._steps_allowed = 0
                 self.running = item
+                item.under_way = True
                 await self._perform(item, limit)
                 self._leave()
                 await self.lift()
@@ -277,6 +278,8 @@ class Scheduler:
 
     def _leave(self) -> None:
         """Mark that no job is under way, and wake the tasks that wait for that."""
+        if self.running is not None:
+            self.running.under_way = False
         self.running = None
         leaving, self._leaving = self._leaving, []
         for one in leaving:

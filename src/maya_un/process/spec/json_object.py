@@ -20,7 +20,9 @@ def decode_object(body: bytes) -> dict[str, Any]:
     """
     require_few(body)
     try:
-        value = json.loads(body, parse_constant=_refuse_constant, object_pairs_hook=_unique_json_keys)
+        value = json.loads(
+            body.decode("utf-8-sig"), parse_constant=_refuse_constant, object_pairs_hook=_unique_json_keys
+        )
         if b"\\u" in body:
             json.dumps(value, ensure_ascii=False).encode()  # detect a lone surrogate here, and not later
     except RecursionError as error:
