@@ -17,6 +17,7 @@ from maya_un.http.errors import AGAIN
 from maya_un.http.middleware import BODY_LIMIT, BODY_PATIENCE, LONG
 from maya_un.http.openapi import ruled
 from maya_un.http.origins import CLIENTS_EACH, FAR, FILES, NEAR
+from maya_un.http.protocol import ANSWER_PATIENCE
 from maya_un.http.routing import RouteRule
 from maya_un.process.computation import MOST_SAMPLED
 from maya_un.process.spec.job import MOST_NAMES
@@ -64,6 +65,8 @@ the streams of one address in proportion.
 A body with a job may have {BODY_LIMIT // 1_000_000} MB; any other body may have {LONG // 1024} kB. The JSON of a body
 may have {MOST_VALUES:,} values. A body must arrive within {BODY_PATIENCE:g} s. A job may have at most {MOST_NAMES}
 parts, {MOST_NAMES} places and {MOST_NAMES} pallets.
+
+On Linux, the connection of a client that takes nothing of its answer for {ANSWER_PATIENCE:g} s is closed.
 
 A separate worker process computes previews and inspections. Each user may have {PEOPLE_BOUNDS.each} of these requests
 running; another one gets status 429 (error 4030). If the worker fails, the request gets status 503 (error 5020). Both

@@ -7,6 +7,8 @@ refuses most such requests; this module refuses those that h11 repairs or leaves
 from __future__ import annotations
 
 import asyncio
+import socket
+from asyncio.trsock import TransportSocket
 from collections import Counter
 from http import HTTPStatus
 from typing import Any
@@ -84,6 +86,9 @@ LONGEST_HEAD = 65_536
 STOP_PATIENCE = 2.0
 """Time limit for the head of a request on a connection without a slot [s, real time]."""
 
+ANSWER_PATIENCE = 30.0
+"""Longest time for which a client may not take any part of its answer [s, real time]."""
+
 STOPS_ONLY = "stops only"
 """Key in the state of a request without a connection slot; only stop and abort are answered."""
 
@@ -128,7 +133,7 @@ class ConnectionSlots:
 
 
 class BoundedProtocol(H11Protocol):
-    """Takes a slot while it is open, and is cut if the head of a request arrives too slowly."""
+    """Takes a slot while it is open, and is cut if a head arrives too slowly, or an answer is not read."""
 
     def __init__(
         self,
@@ -149,6 +154,8 @@ class BoundedProtocol(H11Protocol):
         super().connection_made(transport)
         address = self.client[0] if self.client else ""
         connection = transport.get_extra_info("socket")
+        if connection is not None:
+            _require_reading(connection)
         if self._places.take(address, 0 if connection is None else connection.fileno()):
             self._place = address
             self._await_head(HEAD_PATIENCE)
@@ -210,3 +217,9 @@ class BoundedProtocol(H11Protocol):
         if self._place is not None:
             self._places.give_back(self._place)
             self._place = None
+
+
+def _require_reading(connection: TransportSocket) -> None:
+    """Have the system end a connection whose client reads nothing; its answer would stay in memory for ever."""
+    if hasattr(socket, "TCP_USER_TIMEOUT"):  # Linux
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, int(1e3 * ANSWER_PATIENCE))

@@ -10,6 +10,7 @@ import socket
 import ssl
 import subprocess
 from collections.abc import Callable
+from http import HTTPStatus
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -27,6 +28,7 @@ from maya_un.http.sockets import LOOPBACK, ListeningSocket, bound_socket, far_so
 from maya_un.http.thread import served
 from maya_un.service.service import Service
 from tests.unit.http.service_stand_in import ServiceStandIn
+from tests.waiting import eventually
 
 T = TypeVar("T")
 
@@ -209,6 +211,24 @@ def test_a_place_is_free_again_after_its_connection() -> None:
         return answers
 
     assert serving(ask, near=near) == [200] * 5
+
+
+@pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="this system has no TCP_USER_TIMEOUT")
+@pytest.mark.waits("about a second of the system's clock, by which it ends a connection that nobody reads")
+def test_client_that_does_not_read_its_answer_loses_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(protocol, "ANSWER_PATIENCE", 0.5)
+    near = ListeningSocket(bound_socket(0), most=1, most_each=1)
+
+    def ask(url: str) -> None:
+        address = url.removeprefix("http://")
+        host, _, port = address.rpartition(":")
+        with socket.socket() as line:
+            line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            line.connect((host, int(port)))
+            line.sendall(b"GET /v1/openapi.json HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            eventually(lambda: health(http.client.HTTPConnection(address))[0] == HTTPStatus.OK, "a free place")
+
+    serving(ask, near=near)
 
 
 @pytest.mark.parametrize("said", [b"", b"GET /v1/health HTTP/1.1\r\nHost: local", b"\x16\x03\x01"])

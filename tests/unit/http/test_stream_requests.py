@@ -133,6 +133,8 @@ def test_answer_has_the_language_of_its_request_or_else_of_the_connection() -> N
             got = await client.ask("request", method="GET", path="/v1/nothing")
             assert got["body"]["detail"] == same
             sentences.append(same)
+        got = await client.ask("request", method="GET", path="/v1/nothing", language="日本語")
+        assert got["body"]["detail"] == sentences[1]
         assert sentences[0] != sentences[1]
 
     run_story(story)

@@ -79,7 +79,9 @@ class StreamRequests:
         if not path.startswith("/v1/") or not path.isascii() or not path.isprintable():
             raise InvalidRequest(key="path", reason="it must be a path like /v1/stop, percent-encoded")
         content = json.dumps(message["body"]).encode() if message.get("body") is not None else b""
-        headers = {**self._headers, "accept-language": _text(message, "language", "") or self._language()}
+        asked = _text(message, "language", "")
+        language = language_of({"accept-language": asked}) if asked else self._language()
+        headers = {**self._headers, "accept-language": language}
         return InternalRequest(method, path, headers, content)
 
     async def _answer(self, message: Mapping[str, Any], request: InternalRequest, caller: Caller) -> None:
