@@ -64,6 +64,27 @@ def test_a_robot_at_rest_is_drawn_once_a_second_for_its_trace(robot: Service, ta
     eventually(still, "a picture that stays", told=tab.text)
 
 
+NO_TRACE = """const later = window.setTimeout;
+window.setTimeout = (work, time, ...rest) => (time === 1000 ? 0 : later(work, time, ...rest));
+"""
+"""Leaves out the pictures that a robot at rest gets for its trace."""
+
+
+def test_a_robot_at_rest_is_drawn_again_when_the_browser_has_taken_the_picture_away(
+    robot: Service, tab_of: Callable[..., Tab]
+) -> None:
+    tab = tab_of(robot)
+    tab.page.add_init_script(PICTURES + NO_TRACE)
+    tab.open("/")
+    tab.until(DRAWN)
+    canvas = "document.querySelector('[data-scene]').getContext('webgl2')"
+    tab.get(f"(window.taken = {canvas}.getExtension('WEBGL_lose_context')).loseContext()")
+    tab.until(f"{canvas}.isContextLost()")
+    before = tab.get("window.pictures")
+    tab.get("window.taken.restoreContext()")
+    tab.until(f"window.pictures > {before}")
+
+
 def test_the_ghost_of_the_next_step_goes_when_the_step_begins(robot: Service, tab_of: Callable[..., Tab]) -> None:
     tab = tab_of(robot, bypass_csp=True)
     tab.open("/")

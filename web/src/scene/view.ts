@@ -63,6 +63,8 @@ export class RobotView {
   private latest: { state: Pose; at: number } | null = null;
   private given: readonly (readonly [number, number, number])[] | null = null;
   private tension: [number, number] | null = null;
+  /** What the last picture shows. */
+  private shown: { state: Pose | null; shares: [number, number] } = { state: null, shares: [0, 0] };
   private view: View = "perspective";
   private turned = false;
   private asked = 0;
@@ -81,6 +83,7 @@ export class RobotView {
     this.slow = /swiftshader|llvmpipe|software/i.test(name) && !new URLSearchParams(location.search).has("fine");
     this.renderer = new THREE.WebGLRenderer({ canvas, ...(context ? { context } : {}), antialias: !this.slow, alpha: false });
     this.renderer.setPixelRatio(this.slow ? 0.75 : Math.min(devicePixelRatio, 2));
+    canvas.addEventListener("webglcontextrestored", this.restored);
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     canvas.style.touchAction = "pan-y"; // a finger that moves up and down scrolls the page
@@ -106,6 +109,7 @@ export class RobotView {
     cancelAnimationFrame(this.asked);
     clearTimeout(this.fading);
     this.observer.disconnect();
+    this.canvas.removeEventListener("webglcontextrestored", this.restored);
     this.controls.dispose();
     free(this.scene);
     this.renderer.dispose();
@@ -114,13 +118,12 @@ export class RobotView {
 
   /** Shows a state; null when the connection is lost. Before homing the lines and the gripper have no known place. */
   setState(state: Pose | null): void {
-    const before = this.latest;
     this.latest = state === null ? null : { state, at: performance.now() };
     if (state?.point && this.given === null && !samePlace(state.point, this.track.at(-1)?.point)) {
       this.track.push({ at: performance.now(), point: state.point });
       this.shorten(); // a hidden page draws nothing for hours
     }
-    if (!looksSame(state, before?.state ?? null)) this.request();
+    if (!looksSame(state, this.shown.state)) this.request();
   }
 
   /** Draws these points as the trace, instead of the places of the last seconds. */
@@ -130,9 +133,8 @@ export class RobotView {
   }
 
   setTension(tension: [number, number] | null): void {
-    const before = [this.shareOfTension(0), this.shareOfTension(1)];
     this.tension = tension;
-    if (before.some((share, i) => Math.abs(this.shareOfTension(i as 0 | 1) - share) > SAME_COLOUR)) this.request();
+    if (this.shown.shares.some((share, i) => Math.abs(this.shareOfTension(i as 0 | 1) - share) > SAME_COLOUR)) this.request();
   }
 
   /** Draws the path of the motion under way. */
@@ -269,6 +271,9 @@ export class RobotView {
     this.request();
   }
 
+  /** The browser took the drawing context away, and has given another one, which is empty. */
+  private readonly restored = (): void => this.request();
+
   /** Draws soon: at most once a frame, and on slow machines at most 20 times a second. */
   private request(): void {
     if (this.asked !== 0) return;
@@ -291,6 +296,8 @@ export class RobotView {
   /** Puts the robot where it is now. Between two states its joints move on by their velocity. */
   private pose(): boolean {
     const latest = this.latest;
+    this.shown = { state: latest?.state ?? null, shares: [this.shareOfTension(0), this.shareOfTension(1)] };
+    this.drawTrace();
     const known = latest?.state.point && latest.state.joints;
     this.figure.known = this.plumb.visible = Boolean(known);
     if (!latest || !known) return false;
@@ -304,7 +311,6 @@ export class RobotView {
     this.figure.lines.forEach((line, i) => line.material.color.copy(this.colourOfTension(i as 0 | 1)));
     fill(this.plumb, [place, [place[0], place[1], 0]]);
     this.plumb.computeLineDistances();
-    this.drawTrace();
     return latest.state.moving && performance.now() - latest.at < FORESIGHT * 1000;
   }
 
