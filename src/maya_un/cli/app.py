@@ -249,7 +249,8 @@ def jog(
     distance: Annotated[
         str | None,
         typer.Argument(
-            metavar="[DISTANCE]", help="distance in rad (axis a) or m, or like 5deg, 20mm; negative moves back"
+            metavar="[DISTANCE]",
+            help="distance, like 5deg or 20mm; negative moves back. A plain number, in rad or m, is at most 0.2 or 0.1",
         ),
     ] = None,
 ) -> int:

@@ -53,9 +53,9 @@ def give(
         typer.Argument(metavar="[A B C]", help="joints, as 30deg 1500mm 1300mm  [default: the homed pose]"),
     ] = None,
 ) -> int:
-    """Say that the robot stands in a pose, without values in the homed pose. It does not move.
+    """Tell Maya the present pose of the robot. Nothing moves.
 
-    Motion is slow and bounded until `maya datum confirm`.
+    Without values, it is the homed pose. Motion is slow and bounded until `maya datum confirm`.
 
     Example: maya datum give 30deg 1500mm 1300mm
     """
@@ -70,9 +70,10 @@ def give(
 
 
 def confirm(context: typer.Context, pose: Pose) -> int:
-    """Say where the robot stands after a motion of all three axes, each by 50 mm or 5.2 degrees. It does not move.
+    """Confirm the datum at a second pose. Nothing moves.
 
-    If that differs from the position by more than 20 mm or 2 degrees, the robot is not homed any more.
+    Say where the robot stands after a motion of all three axes, each by 50 mm or 5.2 degrees. If that differs from
+    the position by more than 20 mm or 2 degrees, the robot is not homed any more.
 
     Example: maya datum confirm 45deg 1400mm 1450mm
     """

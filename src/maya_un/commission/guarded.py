@@ -30,7 +30,7 @@ SHARE = 8
 """The error limit of a trial is this part of the configured one."""
 
 LENGTH = 2
-"""A trial is so many error limits long."""
+"""Length of a trial [error limits]."""
 
 HASTE = 5.0
 """The speed of a trial [error limits/s]."""
@@ -100,7 +100,7 @@ class GuardedMachine:
         await Registers(config).configure(self.driver)
 
     async def keep_torque(self) -> None:
-        """Note the torque limits of the machine, in the controller too: a lost link must not make a trial's last."""
+        """Note the torque limits of the machine, in the controller too, to restore them after a lost link."""
         for letter in "ABC":
             try:
                 volts = await self.driver.value(_noted(letter))

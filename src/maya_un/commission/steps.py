@@ -58,10 +58,10 @@ _ENDS: tuple[dict[Side, Phrase], ...] = (
 )
 
 BOUND = 12.0
-"""Before its wiring is known, an axis may move by so many lengths of a trial, until the controller stops it."""
+"""Longest motion of an axis before its wiring is known [lengths of a trial]; the controller then stops it."""
 
 FURTHER = 10.0
-"""A slow move is so many trials long; so is a trial that was too short to see."""
+"""Length of a slow move, and of a trial that repeats one that was too short to see [lengths of a trial]."""
 
 COARSE, FINE = 0.6, 0.05
 """Tolerances of a measured way: after a trial, which is short, and after a slow move."""
@@ -522,7 +522,7 @@ STEPS: tuple[CommissioningStep, ...] = (
     CommissioningStep(
         "stop",
         phrase("Emergency stop"),
-        phrase("you press it; the abort input must follow"),
+        phrase("you press the emergency stop; the abort input must change"),
         _stop,
         ("connection",),
         again=True,
@@ -551,7 +551,7 @@ STEPS: tuple[CommissioningStep, ...] = (
     *_for_axes(
         "travel",
         marked("Slow move of {part}", PHRASE),
-        phrase("moves the axis ten times as far and back; you measure the way"),
+        phrase("moves the axis by ten times the distance of the direction test, and back; you measure the distance"),
         _travel,
         (*_WIRED, "direction.x"),
     ),

@@ -177,7 +177,7 @@ class Broker:
 
 @dataclass(slots=True)
 class Mqtt:
-    """The supervisors of a broker. `session` differs between robots with one name and grows with time."""
+    """The supervisors of a broker. `session` names one run: later ones sort after it, and no two robots share one."""
 
     broker: Broker
     default_command: str | None = None

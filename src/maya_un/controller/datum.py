@@ -36,7 +36,7 @@ SPEED = 0.1
 """Share of the speeds and accelerations of motion, until the datum is confirmed."""
 
 STRAIGHT = 1.0128
-"""b + c is truly at least this times W until then: in the middle of that ellipse a line carries 3.2 loads."""
+"""Least true b + c until then, as a multiple of W; in the middle of that ellipse a line carries 3.2 loads."""
 
 
 def tension_limit(width: float) -> float:

@@ -60,7 +60,7 @@ def take(
     ] = False,
     lasts: Held = None,
 ) -> int:
-    """Take the control lease and hold it until Ctrl-C, or until this terminal is closed.
+    """Take the control lease and hold it until Ctrl-C.
 
     With --for TIME the command returns at once, and you hold the lease for TIME. All your commands on this machine
     use the lease.
@@ -84,7 +84,7 @@ def release(context: typer.Context) -> int:
 
 
 def offer(context: typer.Context, name: Name) -> int:
-    """Offer your lease to another user, who can take it within one minute.
+    """Offer your lease to another user for one minute.
 
     Example: maya lease offer ana
     """

@@ -84,7 +84,7 @@ def collect(
         int, typer.Option("--points", metavar="N", min=4, max=500, help="stop when FILE has this many points")
     ] = 20,
 ) -> int:
-    """Move to the most informative poses, and ask you for the position of the gripper.
+    """Move to the most informative poses and measure points there.
 
     The robot that `maya up` runs moves. You measure the position at each pose. s skips a pose; q ends. The command
     writes each point to FILE at once.

@@ -33,7 +33,7 @@ def commission(  # noqa: PLR0913, PLR0917 - every option of a command is a param
         typer.Option(
             metavar="FILE",
             help='with sim: a TOML file of answers by the keys of the questions, like "limits.ready" = "quit"; a '
-            "person of the twin gives all others",
+            "simulated person gives all others",
         ),
     ] = None,
     report: Annotated[

@@ -1,1 +1,1 @@
-"""`maya doctor`: find faults and show remedies; it only reads, and moves and changes nothing."""
+"""`maya doctor`: find faults and show remedies; it only reads, and does not move the robot."""

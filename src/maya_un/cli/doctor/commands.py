@@ -21,7 +21,7 @@ def doctor(
         typer.Option(metavar="WHERE", help="the controller to check: real, HOST, HOST:PORT or a serial port"),
     ] = None,
 ) -> int:
-    """Find faults and show remedies. The command moves and changes nothing.
+    """Find faults and show remedies. The command does not move the robot and changes nothing.
 
     If `maya up` runs on this computer, doctor asks it about the controller. Only if none runs does doctor itself
     connect to the controller (this uses one of its handles).

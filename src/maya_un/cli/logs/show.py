@@ -46,7 +46,7 @@ def moment(text: str, now: datetime) -> str:
             when = datetime.fromisoformat(text.strip())
         return when.astimezone(UTC).isoformat(timespec="seconds").removesuffix("+00:00")
     except (ValueError, OverflowError) as error:
-        reason = phrase("it is so long ago, like 10m or 2h, or a date, like 2026-11-21T09:30")
+        reason = phrase("it must be an age like 10m or 2h, or a date like 2026-11-21T09:30")
         raise InvalidValue(key="--since", value=repr(text), reason=reason) from error
 
 

@@ -141,9 +141,9 @@ def _waiting(queue: QueueView) -> str:
     if queue.recovery is not None:
         return marked("Jobs waiting behind it: {count}.")
     if queue.mode is QueueMode.RUNNING:
-        return marked("Jobs that wait since the last start: {count}.")
+        return marked("Jobs waiting from before this start: {count}.")
     return marked(
-        "Jobs that wait since the last start: {count}; the queue is paused ({reason}). `maya queue resume` continues."
+        "Jobs waiting from before this start: {count}; the queue is paused ({reason}). `maya queue resume` continues."
     )
 
 

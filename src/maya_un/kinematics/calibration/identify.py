@@ -103,7 +103,7 @@ def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float
         reason = phrase("a common change of them does not move the gripper at any of these points")
     lacking = _lacking(joints, points)
     remedy = phrase(
-        "measure at {lacking}, or fix what you know otherwise (--hold {names})",
+        "measure at {lacking}, or hold what you know from another measurement (--hold {names})",
         lacking=lacking,
         names=_likeliest(names),
     )
