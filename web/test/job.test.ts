@@ -182,6 +182,20 @@ test("a job begins again behind a branch that was not taken", () => {
   expect(firstUndone(steps.slice(0, 3).map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBeNull();
 });
 
+test.each([
+  [["done", "failed", "skipped", "skipped", "skipped", "skipped"], 2],
+  [["skipped", "done", "done", "skipped", "skipped", "failed"], 6],
+  [["skipped", "done", "done", "skipped", "skipped", "skipped"], 6],
+  [["done", "done", "skipped", "skipped", "skipped", "failed"], 6],
+  [["skipped", "skipped", "skipped", "done", "failed", "skipped"], 5],
+])("a job with a branch and the steps %j begins again at %j", (states, first) => {
+  const keys = ["steps.0", "steps.0.then.0", "steps.0.then.1", "steps.0.else.0", "steps.0.else.1", "steps.1"];
+  const steps = states.map((state, i) => ({
+    index: i + 1, key: keys[i], state, phase: i === 0 && state === "done" ? "then" : "", duration: state === "skipped" ? null : 1,
+  }) as StepResult);
+  expect(firstUndone(steps)).toBe(first);
+});
+
 test("of jobs with one name the newest is offered", () => {
   const lines = [{ id: 5, name: "sort" }, { id: 4, name: "" }, { id: 3, name: "fill" }, { id: 2, name: "sort" }];
   expect(newestByName(lines).map((one) => one.id)).toEqual([5, 3]);

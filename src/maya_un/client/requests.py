@@ -432,19 +432,24 @@ def recovery() -> Request[Recovery]:
 
 
 def choose_recovery(
-    choice: Literal["resume", "redo", "skip", "abort"], *, holding: bool | None = None, resume_queue: bool = True
+    choice: Literal["resume", "redo", "skip", "abort"],
+    *,
+    holding: bool | None = None,
+    resume_queue: bool = True,
+    job: int | None = None,
 ) -> Request[QueueView]:
     """Decide about the interrupted job: resume, redo, skip or abort.
 
     `holding` says whether the gripper holds a part. Without it the request is refused (4015 AnswerNeeded) if the
-    decision depends on it. If no job was interrupted, the error is 4004 NotFound. If the rest of the job cannot be
-    done, the error is that of the motion.
+    decision depends on it. If no job was interrupted, or another one than `job`, the error is 4004 NotFound. If the
+    rest of the job cannot be done, the error is that of the motion.
     """
     return Request(
         "POST",
         "/v1/queue/recovery",
         Answer("maya_un.schema.jobs", "QueueView"),
-        body={"choice": choice} | changed({"holding": (holding, None), "resume_queue": (resume_queue, True)}),
+        body={"choice": choice}
+        | changed({"holding": (holding, None), "resume_queue": (resume_queue, True), "job": (job, None)}),
         timeout=120.0,
     )
 

@@ -70,7 +70,7 @@ def finder(url: str | None, token: str | None) -> Finder:
 
 
 def _running() -> str:
-    found = runtime.find()
+    found = runtime.serving()
     if found is None:
         raise ServiceNotRunning
     return found.url

@@ -240,15 +240,19 @@ class Process:
         self._submitting.revocations[owner] += 1
         self._whole.begin(self._editing.unapprove(owner))
 
-    async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
-        """Apply a user's choice to the interrupted job; raises as `JobRecoverer.recover`, `NotConnected`, `Faulted`.
+    async def recover(
+        self, choice: str, holding: bool | None, *, resume_queue: bool, by: str, job: int | None = None
+    ) -> None:
+        """Apply a user's choice to the interrupted job, which `job` names.
+
+        Raises as `JobRecoverer.recover`, `NotConnected`, `Faulted`.
 
         With `resume_queue` the queue resumes afterwards, except after an abort.
         """
         if choice != RecoveryChoice.ABORT:
             self._require_able()
         go_on = resume_queue and choice != RecoveryChoice.ABORT
-        await self._whole.do(self._recovering.recover(choice, holding, resume_queue=go_on, by=by))
+        await self._whole.do(self._recovering.recover(choice, holding, resume_queue=go_on, by=by, job=job))
         await self.turns.lift()
         self.turns.wake()
 
@@ -352,17 +356,32 @@ class Process:
 def _first_undone(steps: tuple[StepRow, ...], tasks: Sequence[Task]) -> int:
     """Return the first step that was not done, or the first step if all were done.
 
-    Steps skipped before count as done, and so do those of branches that were not taken.
+    Steps skipped before one that ran count as done, and so do those of branches that were not taken. A step that the
+    check of the job refused has not run.
     """
-    count = len(tasks)
+    ran = {step.index for step in steps if step.state in _RAN or step.duration is not None}
     over = {step.index for step in steps if step.state is TaskState.DONE}
     for step in steps:
-        if step.state is TaskState.DONE and tasks[step.index - 1].branches:
-            over.update(tasks[step.index - 1].branch(ELSE if step.phase == THEN else THEN))
+        taken = _taken(step, tasks[step.index - 1], ran)
+        if taken:
+            over.update(tasks[step.index - 1].branch(ELSE if taken == THEN else THEN))
     skipped = {step.index for step in steps if step.state is TaskState.SKIPPED}
-    begun = max(over, default=0)
-    left = (n for n in range(1, count + 1) if n not in over and not (n in skipped and n < begun))
+    begun = max(over | ran, default=0)
+    left = (n for n in range(1, len(tasks) + 1) if n not in over and not (n in skipped and n < begun))
     return next(left, 1)
+
+
+_RAN = frozenset({TaskState.DONE, TaskState.CANCELLED, TaskState.INTERRUPTED})
+
+
+def _taken(step: StepRow, task: Task, ran: set[int]) -> str:
+    """Return the branch that a step has taken, "" without one; a job that goes on within a branch skips its `if`."""
+    if not task.branches:
+        return ""
+    if step.state is TaskState.DONE:
+        return step.phase
+    branches = (THEN, ELSE) if step.state is TaskState.SKIPPED else ()
+    return next((branch for branch in branches if not ran.isdisjoint(task.branch(branch))), "")
 
 
 def _passed_over(tasks: Sequence[Task], steps: tuple[StepRow, ...], first: int) -> list[StepRow]:

@@ -214,12 +214,17 @@ class Again:
 
 @dataclass(frozen=True, slots=True)
 class Recovering:
-    """The decision about an interrupted job, and whether the gripper holds a part if only a person can see it."""
+    """The decision about an interrupted job, and whether the gripper holds a part if only a person can see it.
+
+    `job` names the interrupted job that was read. So a decision about a job that somebody else has decided is refused,
+    and is not taken for the decision about the next one.
+    """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     choice: Literal["resume", "redo", "skip", "abort"]
     holding: bool | None = None
     resume_queue: bool = True
+    job: Annotated[int, Field(ge=1)] | None = None
 
 
 @dataclass(frozen=True, slots=True)

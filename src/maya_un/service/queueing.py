@@ -220,7 +220,7 @@ class QueueService:
 
         def seen(job: JobRow) -> None:
             allowed(job)
-            if version and version != version_of(job.body):
+            if version and version != version_of(job):
                 raise JobChanged(number=number)
 
         line = await self._process.shown.found_line(number)
@@ -280,16 +280,24 @@ class QueueService:
         return await self._process.shown.found_line(new)
 
     async def recover(
-        self, choice: str, holding: bool | None = None, *, resume_queue: bool = True, by: Caller = LOCAL
+        self,
+        choice: str,
+        holding: bool | None = None,
+        *,
+        resume_queue: bool = True,
+        job: int | None = None,
+        by: Caller = LOCAL,
     ) -> QueueView:
         """Decide about the interrupted job: resume, redo, skip or abort; `holding`: whether the gripper holds a part.
 
+        `job` is the number of the job that was read.
+
         The rest of the job is checked as a whole from the current position, and refused like a motion (`NotHomed`,
         `PathRefused` and others); then the job still waits. With `resume_queue`, the queue continues, except after
-        abort. Raises `NotFound` without an interrupted job, `InvalidValue` for an unknown choice or an answer that
-        contradicts the machine, `AnswerNeeded`.
+        abort. Raises `NotFound` if no job is interrupted, or another one, `InvalidValue` for an unknown choice or an
+        answer that contradicts the machine, `AnswerNeeded`.
         """
-        await self._process.recover(choice, holding, resume_queue=resume_queue, by=by.name)
+        await self._process.recover(choice, holding, resume_queue=resume_queue, job=job, by=by.name)
         return self.view()
 
     async def answer(

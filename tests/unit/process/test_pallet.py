@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from maya_un.process.spec.pallet import FLAT, Cell, Pallet
+from maya_un.process.spec.pallet import FLAT, MOST_REFERENCE, Cell, Pallet, read_reference
 from maya_un.values import Point
 
 FIRST, RIGHT, LOW, LAST = Point(0.3, 1.0, 0.4), Point(0.6, 1.0, 0.4), Point(0.3, 1.2, 0.4), Point(0.6, 1.2, 0.4)
@@ -33,6 +33,11 @@ def test_a_grid_of_three_corners_worked_by_hand() -> None:
     assert pallet.place(Cell(3, 4)) == pytest.approx(LAST)
     assert len(pallet) == 12
     assert [tuple(cell) for cell in pallet.cells()][:5] == [(1, 1), (1, 2), (1, 3), (1, 4), (2, 1)]
+
+
+def test_a_text_longer_than_any_name_is_no_reference() -> None:
+    assert read_reference(f"{'a' * 64} [ 1 , 2 ]") == ("a" * 64, (1, 2))
+    assert read_reference(f"{'a' * MOST_REFERENCE}[1,2]") is None
 
 
 def test_the_fourth_corner_bends_the_grid() -> None:

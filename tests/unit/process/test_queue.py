@@ -312,6 +312,20 @@ async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
             await process.again(again, submit_request(), 5)
 
 
+async def test_a_job_is_done_again_behind_the_branch_that_was_not_taken() -> None:
+    steps = [{"if": {"input": 1, "is": "on"}, "then": ["home", "home"], "else": ["home", "home"]}, "home"]
+    async with Machine().running() as layer:
+        process, controller = layer.process, layer.controller
+        controller.fail_at = {1: PathRefused(target="y", reason="x")}
+        first = await process.submit(job(*steps))
+        assert [step.state.value for step in (await process.result(first)).steps][1] == "failed"
+        controller.fail_at = {len(controller.calls) + 3: PathRefused(target="y", reason="x")}
+        again = await process.result(await process.again(first, submit_request()))
+        assert [step.state.value for step in again.steps] == ["skipped", "done", "done", "skipped", "skipped", "failed"]
+        last = await process.result(await process.again(again.id, submit_request()))
+        assert [step.state.value for step in last.steps] == ["skipped"] * 5 + ["done"]
+
+
 async def test_unfinished_job_cannot_be_run_again() -> None:
     async with Machine().running() as layer:
         await layer.process.submit(HOME, submit_request(held=True))

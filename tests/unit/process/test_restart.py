@@ -93,6 +93,16 @@ async def recover(
     return [step.state.value for step in (await layer.process.shown.report(1)).steps]
 
 
+async def test_a_decision_about_another_job_is_refused() -> None:
+    machine = await killed_at(1)
+    async with machine.running() as layer:
+        with pytest.raises(NotFound, match="interrupted job 2"):
+            await layer.process.recover("abort", None, resume_queue=False, by="ana", job=2)
+        assert layer.process.shown.view().recovery is not None
+        await layer.process.recover("abort", None, resume_queue=False, by="ana", job=1)
+        assert layer.process.shown.view().recovery is None
+
+
 @pytest.mark.parametrize("choice", ["resume", "redo"])
 async def test_a_pick_that_did_not_take_the_part_is_done_again(choice: str) -> None:
     machine = await killed_at(1)

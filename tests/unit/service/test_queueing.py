@@ -214,6 +214,11 @@ async def test_approval_covers_only_the_version_that_was_shown() -> None:
         seen = (await service.job(1)).version
         await service.queue.change(1, {"notes": "please"}, by=ANA)
         assert (await service.job(1)).version == seen
+        for changes in ({"priority": 100}, {"retries": 10}, {"on_failure": "pause"}, {"stepwise": True}):
+            before = (await service.job(1)).version
+            await service.queue.change(1, changes, by=ANA)
+            with pytest.raises(JobChanged):
+                await service.queue.release(1, by=EVA, version=before)
         await service.queue.change(1, {"job": HOME}, by=ANA)
         with pytest.raises(JobChanged):
             await service.queue.release(1, by=EVA, version=seen)

@@ -278,13 +278,30 @@ export function withoutStep(job: JobData, key: string): JobData | null {
 
 /** Returns the step at which an ended job begins again by default (maya_un.process.process), null if all are done. */
 export function firstUndone(steps: readonly StepResult[]): number | null {
-  const begun = Math.max(0, ...steps.filter((one) => one.state === "done").map((one) => one.index));
+  const begun = Math.max(0, ...steps.filter(ran).map((one) => one.index));
   const branches = new Map<string, string>(); // the steps of the branches that were not taken, by the place of their `if`
-  for (const one of steps) {
-    if (one.state === "done" && (one.phase === "then" || one.phase === "else")) branches.set(one.key, `${one.key}.${one.phase === "then" ? "else" : "then"}.`);
+  for (const [at, one] of steps.entries()) {
+    const taken = takenBranch(steps, at);
+    if (taken !== "") branches.set(one.key, `${one.key}.${taken === "then" ? "else" : "then"}.`);
     else if (branches.has(one.key)) branches.delete(one.key);
     if (one.state === "done" || [...branches.values()].some((start) => one.key.startsWith(start))) continue;
     if (!(one.state === "skipped" && one.index < begun)) return one.index;
   }
   return null;
+}
+
+/** Tells whether a step ran, in part or to its end. One that the check of the job refused has no duration. */
+function ran(step: StepResult): boolean {
+  return ["done", "cancelled", "interrupted"].includes(step.state) || typeof step.duration === "number";
+}
+
+/** Returns the branch that the step at this place has taken, "" without one. A job that goes on within a branch skips its `if`. */
+function takenBranch(steps: readonly StepResult[], at: number): string {
+  const { key = "", state = "", phase = "" } = steps[at] ?? {};
+  if (state === "done") return phase === "then" || phase === "else" ? phase : "";
+  if (state !== "skipped") return "";
+  const behind = steps.slice(at + 1);
+  const end = behind.findIndex((one) => !one.key.startsWith(`${key}.`));
+  const within = end < 0 ? behind : behind.slice(0, end);
+  return ["then", "else"].find((branch) => within.some((one) => one.key.startsWith(`${key}.${branch}.`) && ran(one))) ?? "";
 }

@@ -43,7 +43,7 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
         yes, no = translate("yes", settings.language), translate("no", settings.language)
         question = translate("Does the gripper hold a part (yes, no)? ", settings.language)
         holding = typed(question, (yes, no), settings.language) == yes
-    view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause))
+    view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause, job=offer["job"]))
     said = text.mode(view, settings.language)
     if view["recovery"] is not None:  # another job is interrupted
         said = f"{said}\n\n{text.recovery(view['recovery'], settings.language, units_of(settings))}"

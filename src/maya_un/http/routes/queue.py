@@ -168,12 +168,12 @@ def add_recovery(routes: Routes) -> None:
         """Decide about the interrupted job: resume, redo, skip or abort.
 
         `holding` says whether the gripper holds a part. Without it the request is refused (4015 AnswerNeeded) if the
-        decision depends on it. If no job was interrupted, the error is 4004 NotFound. If the rest of the job cannot be
-        done, the error is that of the motion.
+        decision depends on it. If no job was interrupted, or another one than `job`, the error is 4004 NotFound. If the
+        rest of the job cannot be done, the error is that of the motion.
         """
         chosen = ask(
             lambda service: service.queue.recover(
-                body.choice, holding=body.holding, resume_queue=body.resume_queue, by=ask.caller
+                body.choice, holding=body.holding, resume_queue=body.resume_queue, job=body.job, by=ask.caller
             )
         )
         return answer(await chosen)

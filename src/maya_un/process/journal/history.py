@@ -303,9 +303,14 @@ def _csv(connection: sqlite3.Connection, out: TextIO) -> int:
     for row in _jobs(connection):
         plain = _plain(row)
         depends_on = " ".join(str(number) for number in row.options.depends_on)
-        writer.writerow([{**plain, "depends_on": depends_on}[name] for name in COLUMNS])
+        writer.writerow([_inert({**plain, "depends_on": depends_on}[name]) for name in COLUMNS])
         written += 1
     return written
+
+
+def _inert(value: object) -> object:
+    """Return a value; a text that a spreadsheet would evaluate as a formula gets an apostrophe before it."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
 
 
 def _jsonl(connection: sqlite3.Connection, out: TextIO) -> int:

@@ -201,8 +201,10 @@ class JobRecoverer:
             choices=choices(situation),
         )
 
-    async def recover(self, choice: str, holding: bool | None, *, resume_queue: bool, by: str) -> None:
-        """Apply a user's choice to the interrupted job.
+    async def recover(
+        self, choice: str, holding: bool | None, *, resume_queue: bool, by: str, job: int | None = None
+    ) -> None:
+        """Apply a user's choice to the interrupted job, which `job` names.
 
         Raises `NotFound`, `InvalidValue`, `AnswerNeeded`, `StorageFailed`, and the refusal of a remaining motion; after
         an error nothing has changed.
@@ -210,6 +212,8 @@ class JobRecoverer:
         item = self._items.interrupted
         if item is None:
             raise NotFound(what="interrupted job", number="now")
+        if job not in (None, item.number):
+            raise NotFound(what="interrupted job", number=job)
         step, situation = self._situation(item)
         decision = decide(situation, choice, holding)
         if decision.goes_on:

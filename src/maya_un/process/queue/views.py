@@ -392,10 +392,10 @@ class QueueViews:
             expansion = await self._shared.foresight.expanded(row.body, whose=REPORT)
         async with self.slices.turn:
             if item is not None and item.record is not None:
-                snapshot = JobSnapshot.of(self._line(item), item.record, version_of(item.row.body))
+                snapshot = JobSnapshot.of(self._line(item), item.record, version_of(item.row))
             else:
                 assert expansion is not None
-                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version_of(row.body))
+                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version_of(row))
             return await report_of(snapshot)
 
     async def body(self, number: int) -> Body:

@@ -243,8 +243,14 @@ class CellReference(NamedTuple):
         return Cell(self.which[0], self.which[1])
 
 
+MOST_REFERENCE = 200
+"""Length of the longest reference: a name of 64 letters and brackets, with some blanks."""
+
+
 def read_reference(text: str) -> CellReference | None:
     """Return the reference in a text, None without valid brackets."""
+    if len(text) > MOST_REFERENCE:  # blanks in a long text would take the square of its length
+        return None
     found = _REFERENCE.fullmatch(text)
     if found is None:
         return None

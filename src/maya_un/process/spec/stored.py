@@ -15,10 +15,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, TypeVar
 
 from maya_un.errors import InvalidValue
+from maya_un.process.journal.protocol import JobRow
 from maya_un.process.spec.job import Grid, Job
 from maya_un.process.spec.pallet import read_reference
 from maya_un.process.spec.poses import TaughtPallet, TaughtPlaces
@@ -103,9 +104,10 @@ def as_written(body: Body) -> Body:
     return body["job"] if "taught" in body else body
 
 
-def version_of(body: Body) -> str:
-    """Return a hash of a stored job with its taught places: an approval names the version that the user saw."""
-    text = json.dumps(body, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+def version_of(row: JobRow) -> str:
+    """Return a hash of what an approval is about: the steps of a job, its taught places, its options without notes."""
+    options = {key: value for key, value in asdict(row.options).items() if key not in {"held", "notes"}}
+    text = json.dumps({"body": row.body, "options": options}, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:16]
 
 

@@ -227,7 +227,7 @@ def test_recover_mentions_the_next_interrupted_job(serve: Serve, capsys: pytest.
 def test_recovery_can_be_given_completely_on_the_command_line(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
     service = serve(**OFFERED)
     printed(["queue", "recover", "redo", "--holding", "no", "--pause"], capsys)
-    body = {"choice": "redo", "holding": False, "resume_queue": False}
+    body = {"choice": "redo", "holding": False, "resume_queue": False, "job": OFFER["job"]}
     assert service.said == [("POST", "/v1/queue/recovery", body)]
 
 
@@ -240,7 +240,7 @@ def test_on_a_terminal_it_asks_until_it_is_answered(
     assert "Job 7, two cubes, was interrupted" in said
     assert said.count("One of: redo, abort, wave") == 2
     assert said.count("One of: yes, no") == 1
-    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True})]
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True, "job": OFFER["job"]})]
 
 
 def test_question_without_alternatives_is_not_asked(
@@ -249,7 +249,7 @@ def test_question_without_alternatives_is_not_asked(
     service = serve(**OFFERED)
     at_terminal(monkeypatch, "abort\n")
     printed(["queue", "recover"], capsys)
-    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "abort"})]
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "abort", "job": OFFER["job"]})]
 
 
 def test_leaving_without_an_answer_chooses_nothing(
@@ -306,7 +306,7 @@ def test_in_spanish_it_is_answered_in_spanish(
     at_terminal(monkeypatch, f"redo\nyes\n{said}\n")
     shown = printed(["--lang", "es", "queue", "recover"], capsys)
     assert "(sí, no)" in shown
-    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True})]
+    assert service.said == [("POST", "/v1/queue/recovery", {"choice": "redo", "holding": True, "job": OFFER["job"]})]
 
 
 QUESTION: dict[str, Any] = {

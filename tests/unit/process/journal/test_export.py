@@ -56,6 +56,19 @@ async def test_the_table_is_read_back_as_it_was_while_the_file_is_in_use(tmp_pat
     await journal.close()
 
 
+async def test_no_text_is_a_formula_in_a_spreadsheet(tmp_path: Path) -> None:
+    journal = await SqliteJournal.open(tmp_path / "maya.db")
+    notes = ("=1+1", "+1", "-1", "@SUM(A1)", "plain = text")
+    await journal.add(*(job_row(number, options=JobOptions(notes=one)) for number, one in enumerate(notes, 1)))
+    table, lines = io.StringIO(), io.StringIO()
+    history.export(tmp_path / "maya.db", table)
+    history.export(tmp_path / "maya.db", lines, history.ExportFormat.JSONL)
+    written = [row["notes"] for row in csv.DictReader(io.StringIO(table.getvalue(), newline=""))]
+    assert written == ["'=1+1", "'+1", "'-1", "'@SUM(A1)", "plain = text"]
+    assert [json.loads(line)["notes"] for line in lines.getvalue().splitlines()] == list(notes)
+    await journal.close()
+
+
 async def test_json_lines_include_bodies_and_steps(tmp_path: Path) -> None:
     journal = await kept(tmp_path / "maya.db")
     await journal.close()
