@@ -83,8 +83,8 @@ def private_opener(path: str, flags: int) -> int:
 def replacing_bytes(path: Path, mode: int = _ORDINARY) -> Iterator[BinaryIO]:
     """Yield a file that replaces `path` when the block ends; it is then flushed to the disk.
 
-    It has the permissions of the replaced file, or `mode` without one. If the block raises, the old
-    file stays. Raises `FileUnwritable`.
+    It has the permissions of the replaced file, or `mode` without one; a private file is private in any case. If the
+    block raises, the old file stays. Raises `FileUnwritable`.
     """
     place = writable_place(path)
     draft: Path | None = None
@@ -93,8 +93,9 @@ def replacing_bytes(path: Path, mode: int = _ORDINARY) -> Iterator[BinaryIO]:
         with os.fdopen(descriptor, "wb") as file:
             yield file
             file.flush()
-            with suppress(FileNotFoundError):
-                os.fchmod(file.fileno(), place.stat().st_mode & 0o7777)
+            if mode != PRIVATE:
+                with suppress(FileNotFoundError):
+                    os.fchmod(file.fileno(), place.stat().st_mode & 0o7777)
             os.fsync(file.fileno())
         draft.replace(place)
         draft = None

@@ -259,3 +259,19 @@ def _catalogues(language: str, packages: tuple[str, ...]) -> list[NullTranslatio
             newest.add_fallback(found[0])
         found.insert(0, newest)
     return found or [NullTranslations()]
+
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+
+
+def visible(text: str) -> str:
+    r"""Return a text of another device with codes like \x1b for control characters, which a terminal would execute.
+
+    Tabs and line feeds stay.
+    """
+    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def one_line(text: str) -> str:
+    r"""Return a text of others as one line: also tabs and line feeds are codes like \x0a."""
+    return visible(text).replace("\n", r"\x0a").replace("\t", r"\x09")

@@ -48,11 +48,23 @@ def folder() -> Path:
 
 
 def find() -> Running | None:
-    """Return the content of the runtime file, None if it is missing, unreadable or not trusted."""
+    """Return the content of the runtime file, None if it is missing, unreadable or not trusted.
+
+    A `maya up` that was killed leaves its file; `serving` tells whether it runs.
+    """
     try:
         return _parse(read(folder() / "service.json"))
     except (ValueError, KeyError, TypeError):
         return None  # a half-written or foreign file is ignored
+
+
+def serving() -> Running | None:
+    """Return the running `maya up`, None without one, also if it was killed and left its file.
+
+    Commands send their token to its address, where another program may listen after that.
+    """
+    running = find()
+    return running if running is not None and claimant() == running.pid else None
 
 
 def read(place: Path) -> Any:

@@ -77,7 +77,7 @@ def robot(config: Config, truth: TrueConstants) -> Iterator[Robot]:
 
     async def serve() -> None:
         loop = asyncio.get_running_loop()
-        with bound_socket(0) as listener:
+        with bound_socket(0) as listener, runtime.claimed():
             async with (
                 stack(config, seed=5, truth=truth, speed=SPEED) as running,
                 served(create_app(Bridge(loop, running.service)), listener) as url,

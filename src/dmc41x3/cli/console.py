@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from dmc41x3.address import REAL, ControllerAddress, is_serial, parse
 from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
-from dmc41x3.i18n import LANGUAGES, phrase
+from dmc41x3.i18n import LANGUAGES, phrase, visible
 
 if TYPE_CHECKING:
     from dmc41x3.driver import Driver
@@ -236,17 +235,6 @@ def tolerate_any_terminal() -> None:
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
-
-
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
-
-
-def visible(text: str) -> str:
-    r"""Return a text of another device with codes like \x1b for control characters, which a terminal would execute.
-
-    Tabs and line feeds stay.
-    """
-    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 def say(text: str) -> None:

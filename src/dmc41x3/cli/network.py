@@ -13,7 +13,7 @@ from typing import NamedTuple
 from dmc41x3.address import ControllerAddress, NetworkAddress, SerialAddress, split
 from dmc41x3.cli import console
 from dmc41x3.cli.connection import TIMEOUT, until_asked
-from dmc41x3.cli.console import OutputSettings, controller_address, visible
+from dmc41x3.cli.console import OutputSettings, controller_address
 from dmc41x3.cli.ipv4 import is_mask, parse_address, parse_mask, require_host, require_outside
 from dmc41x3.driver import Driver
 from dmc41x3.errors import (
@@ -26,7 +26,7 @@ from dmc41x3.errors import (
     MachineError,
     UnexpectedReply,
 )
-from dmc41x3.i18n import phrase, translate
+from dmc41x3.i18n import phrase, translate, visible
 from dmc41x3.wire.transport import connect
 
 MOST_HOSTS = 1022

@@ -64,14 +64,17 @@ class ServiceClient:
         self.url = url
         self.lease = ""
         self._timeout = timeout
+        self._ours = False
 
     @classmethod
     def find(cls, timeout: float = ANSWER) -> ServiceClient:
-        """Return a client of the running service; raises `ServiceNotRunning` if no file names one."""
-        running = runtime.find()
+        """Return a client of the running `maya up`, which sends nothing after its end; raises `ServiceNotRunning`."""
+        running = runtime.serving()
         if running is None:
             raise ServiceNotRunning
-        return cls(running.url, timeout)
+        client = cls(running.url, timeout)
+        client._ours = True
+        return client
 
     @classmethod
     def running(cls) -> ServiceClient | None:
@@ -90,6 +93,8 @@ class ServiceClient:
         another program answers (Maya's answers have the header `Maya`), and the errors of the service. An ended lease
         of the shell is deleted.
         """
+        if self._ours and runtime.serving() is None:
+            raise ServiceNotRunning
         if timeout is None:
             timeout = request.timeout if request.timeout > TIMEOUT else self._timeout
         connection = HTTPConnection(self.host, self.port, timeout=timeout)

@@ -47,7 +47,7 @@ def stop(arguments: list[str], settings: OutputSettings) -> int:
         raise ServiceNotRunning
     budget = SERVICE_TIMEOUT if running.controller is None else STOP_BUDGET
     try:
-        report: dict[str, Any] = ServiceClient(running.url).ask(requests.stop(), timeout=budget)
+        report: dict[str, Any] = ServiceClient.find().ask(requests.stop(), timeout=budget)
     except MayaError:
         if running.controller is None:
             raise

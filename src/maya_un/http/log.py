@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from dmc41x3.files import private_opener
-from dmc41x3.i18n import phrase
+from dmc41x3.i18n import one_line, phrase
 from maya_un.config.state_folder import own_state_folder, state_folder
 from maya_un.errors import InternalError, MayaError
 from maya_un.events import DECLARED, Event
@@ -192,7 +192,7 @@ class _AsSentence(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """Return a line as readable text."""
         code = _fields(record).get("code")
-        told = f"{_date(record)} {record.levelname.lower()} {record.name}: {record.getMessage()}"
+        told = f"{_date(record)} {record.levelname.lower()} {record.name}: {one_line(record.getMessage())}"
         return f"{told} ({code})" if code else told
 
 

@@ -26,7 +26,7 @@ from maya_un.http.log import note, written_down
 from maya_un.http.metrics import Metrics
 from maya_un.http.origins import OriginPolicy, Rate
 from maya_un.http.protocol import STOPS_ONLY
-from maya_un.service.access.callers import counted
+from maya_un.service.access.callers import counted, hidden
 
 LONG = 16_384
 """Longest body that is parsed in the loop [bytes]; only bodies that may contain a job can be longer."""
@@ -103,7 +103,7 @@ class AccessLogEntry:
 
     def _write(self, level: int, seconds: float) -> None:
         state: Mapping[str, Any] = self._scope["state"]
-        path = self._path[:_LONGEST]
+        path = hidden(self._path)[:_LONGEST]
         note(
             "http",
             level,

@@ -48,6 +48,7 @@ class UserService:
         self._callers = entrance.callers
         self._calendar = entrance.calendar
         self._hasher = entrance.hasher
+        self._audit = entrance.audit
         self._ended = ended
 
     async def me(self, by: Caller) -> Me:
@@ -167,7 +168,9 @@ class UserService:
                 raise NotSignedIn(reason="the user was changed meanwhile")
             sessions = [token.id for token in self._register.of(name) if token.session]
             spare = tuple(sessions[: max(0, len(sessions) - MOST_SESSIONS + 1)])
-            return await self._give(user, source, self._calendar.after(SESSION), session=True, instead_of=spare)
+            made = await self._give(user, source, self._calendar.after(SESSION), session=True, instead_of=spare)
+        self._audit.signed_in(name, user.role.word, source)
+        return made
 
     async def sign_out(self, by: Caller) -> None:
         """Revoke the token of the request; raises `NotFound` for a request without one, `StorageFailed`."""

@@ -21,7 +21,17 @@ from maya_un.config import Config
 from maya_un.config.model import AnyZone
 from maya_un.controller.homing import homed_pose
 from maya_un.controller.protocol import Controller
-from maya_un.errors import Busy, Cancelled, CommandRejected, InternalError, LeaseLost, MayaError, NotFound, Stopped
+from maya_un.errors import (
+    Busy,
+    Cancelled,
+    CommandRejected,
+    InternalError,
+    LeaseLost,
+    MayaError,
+    NotAllowed,
+    NotFound,
+    Stopped,
+)
 from maya_un.events import Event
 from maya_un.motion.move import CoordinatedMove
 from maya_un.process.journal.protocol import JobOptions, RequestOwner
@@ -492,7 +502,7 @@ OnAudit = Callable[[Caller, Operation, int, str], None]
 """Called for every passed or refused operation, with the error code or 0, and its subject."""
 
 QUIET = frozenset({Operation.READ, Operation.PREVIEW, Operation.RENEW, Operation.DIAGNOSE})
-"""Operations that the audit log leaves out, because they change nothing."""
+"""Operations that the audit log leaves out unless they are refused, because they change nothing."""
 
 
 def unheard(_caller: Caller, _operation: Operation, _code: int, _detail: str) -> None:
@@ -549,7 +559,7 @@ class Gate:
             code = Cancelled.code
             raise
         finally:
-            if operation not in QUIET:
+            if operation not in QUIET or code == NotAllowed.code:
                 self._audit(caller, operation, code, detail)
 
     async def _driven(self, caller: Caller, work: Callable[[Service], Awaitable[T]]) -> T:

@@ -63,6 +63,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[Kept]:
     found = Kept()
     with http_service(found.says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         yield found
 
 
@@ -222,6 +223,22 @@ def test_passwords_are_read_from_the_input_and_never_from_the_line(
     assert kept.asked[-1][2] == {"old": "the old one", "password": ""}
 
 
+@pytest.mark.parametrize("line", ["maya user password", "maya user add kim --password"])
+def test_an_empty_password_is_refused_and_nothing_is_sent(
+    line: str, kept: Kept, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(""))
+    assert "it is empty; --none removes a password" in printed(line, capsys, code=2)
+    assert [method for method, *_ in kept.asked if method != "GET"] == []
+
+
+def test_a_reset_keeps_the_token_private_whatever_file_was_there(state: Path) -> None:
+    place = files.keep_token(OLD)
+    place.chmod(0o644)
+    files.keep_token(TOKEN)
+    assert (place.stat().st_mode & 0o777, credentials.token()) == (0o600, TOKEN)
+
+
 def test_first_user_replaces_an_old_token_and_sets_it_aside(
     kept: Kept, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -248,6 +265,7 @@ def test_refused_token_is_reported_with_its_origin(
 
     with http_service(refuses) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         assert "the token shown" not in printed("maya user", capsys, code=2)
         place = files.keep_token(OLD)
         assert f"it is wrong; it comes from {place}" in printed("maya user", capsys, code=2)

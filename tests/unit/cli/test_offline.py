@@ -66,12 +66,14 @@ def test_reach_and_ik_keep_out_of_the_zones_of_the_running_robot(
     config = Config.model_validate({"zones": [rack]}).model_dump(mode="json")
     with http_service(lambda *_: (200, config)) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         assert "rack" in str(answered("reach 0.5 1.2 0.4", capsys, code=1)["reason"])
         assert main(["ik", "0.5", "1.2", "0.4"]) == 1
         assert "rack" in capsys.readouterr().err
         (tmp_path / "maya.toml").write_text("")
         assert answered(f"reach 0.5 1.2 0.4 --config {tmp_path / 'maya.toml'}", capsys)["reachable"] is True
     monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+    monkeypatch.setattr(runtime, "claimant", lambda: 1)
     assert answered("reach 0.5 1.2 0.4", capsys)["reachable"] is True
 
 

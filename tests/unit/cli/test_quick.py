@@ -32,6 +32,7 @@ STATUS: dict[str, Any] = {"address": "sim", "state": STATE, "progress": None, "j
 def published(monkeypatch: pytest.MonkeyPatch, url: str, address: NetworkAddress | None = None) -> None:
     """Have commands find a service."""
     monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, address))
+    monkeypatch.setattr(runtime, "claimant", lambda: 1)
 
 
 def data_record(*status: int) -> bytes:

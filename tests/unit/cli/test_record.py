@@ -97,5 +97,6 @@ def test_the_running_robot_saves_now(monkeypatch: pytest.MonkeyPatch, capsys: py
 
     with http_service(says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         assert printed("maya record save", capsys) == "Saved: 2026-11-21T19-25-20Z-asked.mcap\n"
     assert asked == [("POST", "/v1/recordings")]

@@ -46,6 +46,7 @@ def test_a_jog_shows_how_far_it_is(monkeypatch: pytest.MonkeyPatch, capsys: pyte
     monkeypatch.setattr(moving, "chosen", chosen)
     with http_service(says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         assert main(["jog", "b", "20mm"]) == 0
     assert display.motions[0] == ("jog", 1.0, 4.0)
     assert capsys.readouterr().out == "Moved b by 20.0 mm.\n"
@@ -63,6 +64,7 @@ def output_of(
 
     with http_service(says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         assert main(line) == 0
     return capsys.readouterr().out, asked
 
@@ -145,6 +147,7 @@ def test_ctrl_c_stops_a_jog(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     monkeypatch.setattr(moving, "animate", interrupted)
     with http_service(says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         assert main(["jog", "b", "20mm"]) == 130
     assert "/v1/stop" in asked
     assert "Interrupted" in capsys.readouterr().out

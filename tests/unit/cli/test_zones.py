@@ -41,6 +41,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[Kept]:
     found = Kept()
     with http_service(found.says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         yield found
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from maya_un import runtime
+from maya_un.cli.client import ServiceClient
 from maya_un.client.transport import ServiceAddress, finder, trusted
 from maya_un.errors import InvalidValue, ServiceNotRunning
 
@@ -24,9 +25,23 @@ def test_the_running_service_of_this_user_is_found_wherever_it_is_now() -> None:
     find = finder(None, None)
     with pytest.raises(ServiceNotRunning):
         find()
-    for port in (4133, 4134):
-        runtime.publish(runtime.Running(f"http://127.0.0.1:{port}", os.getpid(), None))
-        assert find() == ServiceAddress(f"http://127.0.0.1:{port}")
+    with runtime.claimed():
+        for port in (4133, 4134):
+            runtime.publish(runtime.Running(f"http://127.0.0.1:{port}", os.getpid(), None))
+            assert find() == ServiceAddress(f"http://127.0.0.1:{port}")
+
+
+def test_the_address_of_a_service_that_was_killed_gets_no_token() -> None:
+    runtime.publish(runtime.Running("http://127.0.0.1:4133", os.getpid(), None))
+    assert runtime.find() is not None
+    with pytest.raises(ServiceNotRunning):
+        finder(None, None)()
+    with pytest.raises(ServiceNotRunning):
+        ServiceClient.find()
+    with runtime.claimed():
+        runtime.publish(runtime.Running("http://127.0.0.1:4133", os.getpid() + 1, None))
+        with pytest.raises(ServiceNotRunning):
+            finder(None, None)()
 
 
 def test_given_address_takes_precedence_over_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -90,6 +90,14 @@ def test_write_keeps_the_permissions_of_the_old_file(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
+def test_a_private_file_is_private_whatever_it_replaces(tmp_path: Path) -> None:
+    place = tmp_path / "token"
+    place.write_text("old")
+    place.chmod(0o644)
+    files.write(place, "new", files.PRIVATE)
+    assert stat.S_IMODE(place.stat().st_mode) == 0o600
+
+
 def test_write_follows_a_link_within_its_folder(tmp_path: Path) -> None:
     (tmp_path / "link").symlink_to("real")
     files.write(tmp_path / "link", "new")

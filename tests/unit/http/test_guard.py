@@ -188,10 +188,12 @@ async def test_changes_and_refusals_are_logged(tmp_path: Path, monkeypatch: pyte
             stop = await client.post("/v1/stop")
             service.error = Busy(doing="x")
             await client.get("/v1/jobs/7")
+            await client.post(f"/v1/maya_0123abcd_{'f' * 48}")
     lines = [json.loads(line) for line in log.log_path().read_text().splitlines()]
     assert [(line["method"], line["path"], line["status"], line["code"]) for line in lines] == [
         ("POST", "/v1/stop", 200, 0),
         ("GET", "/v1/jobs/7", 409, 2104),
+        ("POST", "/v1/maya_0123abcd_…", 404, 0),
     ]
     assert (lines[0]["request"], lines[0]["who"]) == (stop.headers["maya-request"], "local")
     assert lines[0]["source"] == "127.0.0.1"

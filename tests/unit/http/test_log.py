@@ -39,6 +39,16 @@ def test_log_line_is_json_with_its_own_fields(capsys: pytest.CaptureFixture[str]
     assert capsys.readouterr().err == f"{date} warning maya.http: POST /v1/stop 409 (1010)\n"
 
 
+def test_control_characters_of_a_client_neither_reach_the_terminal_nor_make_a_line(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    with log.kept():
+        log.note("http", logging.WARNING, "POST /v1/\x1b]0;mine\x07\n<3>forged\t 503")
+    (told,) = capsys.readouterr().err.splitlines()
+    assert told.endswith(r"POST /v1/\x1b]0;mine\x07\x0a<3>forged\x09 503")
+    assert lines()[0]["message"] == "POST /v1/\x1b]0;mine\x07\n<3>forged\t 503"
+
+
 def test_robot_events_are_logged_and_single_motions_are_not() -> None:
     with log.kept(people=False):
         log.note_event(MotionBegun("x", seq=1))

@@ -20,10 +20,14 @@ from maya_un.errors import (
     TooManyRequests,
     UnknownName,
 )
+from maya_un.events import EventLog
+from maya_un.process.journal.protocol import AuditRow
+from maya_un.process.lease import ControlLease
 from maya_un.service.access.callers import LIMIT
+from maya_un.service.access.control import AccessControl
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.access.users import Change, FileStore, MemoryStore
-from maya_un.service.people import MOST_SESSIONS, MOST_TOKENS, SESSION
+from maya_un.service.people import MOST_SESSIONS, MOST_TOKENS, SESSION, UserService
 from tests.authentication import CallerRegistry, caller_registry
 
 PASSWORD = "correct horse battery"
@@ -72,6 +76,20 @@ async def test_a_name_is_had_once_also_by_two_at_a_time() -> None:
     found = await asyncio.gather(*(owner.people.add("sam", "student") for _ in range(5)), return_exceptions=True)
     assert sum(isinstance(one, InvalidValue) for one in found) == 4
     assert len(await owner.people.list()) == 2
+
+
+async def test_a_sign_in_is_in_the_audit_log_whether_it_succeeds_or_not() -> None:
+    rows: list[AuditRow] = []
+    entrance = AccessControl.new(ControlLease(EventLog(asyncio.get_running_loop().time)), note=rows.append)
+    people = UserService(entrance, lambda *_: None)
+    await people.add("root", "admin", PASSWORD)
+    with pytest.raises(NotSignedIn):
+        await people.sign_in("root", "wrong horse battery", "10.0.0.1")
+    await people.sign_in("root", PASSWORD, "10.0.0.1")
+    assert [(row.who, row.source, row.operation, row.code) for row in rows] == [
+        ("root", "10.0.0.1", "sign in", NotSignedIn.code),
+        ("root", "10.0.0.1", "sign in", 0),
+    ]
 
 
 async def test_secrets_are_nowhere_but_in_the_answer(tmp_path: Path) -> None:

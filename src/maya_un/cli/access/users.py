@@ -66,7 +66,7 @@ def add(name: str, role: RoleName, settings: OutputSettings, *, with_password: b
     client = ServiceClient.find()
     first = not client.ask(requests.me())["users"]
     password = _new_password(settings.language) if with_password else None
-    made = client.ask(requests.add_user(name, role, password=password or None))
+    made = client.ask(requests.add_user(name, role, password=password))
     text = added_text(made, credentials.token_file(), settings.language)
     if first:
         text = f"{text}\n{_kept_first(made['token'], settings.language)}"
@@ -241,17 +241,25 @@ def _in(seconds: float) -> str:
 
 
 def _new_password(language: str) -> str:
-    """Prompt for a password, twice on a terminal; raises `InvalidValue` if the two differ."""
+    """Prompt for a password, twice on a terminal; raises `InvalidValue` if it is empty or the two differ."""
     password = _asked(marked("New password (at least 12 characters): "), language)
+    if not password:
+        raise InvalidValue(key="password", value="", reason="it is empty; --none removes a password")
     if sys.stdin.isatty() and _asked(marked("Once more: "), language) != password:
         raise InvalidValue(key="password", value="…", reason="the second one differs from the first")
     return password
 
 
 def _asked(text: str, language: str) -> str:
-    """Prompt for a secret without echo; without a terminal, read the next line of the input."""
+    """Prompt for a secret without echo; without a terminal, read the next line of the input.
+
+    Raises `InvalidCommandLine` at the end of the input.
+    """
     if sys.stdin.isatty():
-        return getpass(translate(text, language))
+        try:
+            return getpass(translate(text, language))
+        except EOFError:
+            raise InvalidCommandLine(reason="no password was given", command="maya user") from None
     return sys.stdin.readline().rstrip("\n")
 
 

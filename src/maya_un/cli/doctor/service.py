@@ -76,7 +76,7 @@ def found(language: str) -> tuple[RunningService | None, list[Finding]]:
             return None, [fail("service", "service_gone", pid=running.pid, url=running.url)]
         reason = str(error) or type(error).__name__
         return None, [fail("service", "service_hangs", pid=running.pid, url=running.url, reason=reason)]
-    if not ours:
+    if not ours or runtime.serving() is None:
         return None, [fail("service", "service_stranger", url=running.url)]
     return RunningService(running, client, language), []
 

@@ -16,7 +16,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
 
-from dmc41x3.i18n import phrase
+from dmc41x3.i18n import one_line, phrase, visible
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.config.state_folder import state_folder
@@ -169,9 +169,9 @@ def _print(entries: Iterable[LogEntry], settings: OutputSettings) -> None:
 def _line(entry: LogEntry, language: str) -> str:
     clock = _here(entry.time)
     code = f" ({entry.code})" if entry.code else ""
-    text = f"{clock}  {entry.level:<7}  {entry.kind:<14}  {_said(entry, language)}{code}"
+    text = f"{clock}  {entry.level:<7}  {entry.kind:<14}  {one_line(_said(entry, language))}{code}"
     if "traceback" in entry.detail:
-        text += "\n" + "\n".join(f"    {line}" for line in str(entry.detail["traceback"]).splitlines())
+        text += "\n" + "\n".join(f"    {line}" for line in visible(str(entry.detail["traceback"])).splitlines())
     return text
 
 

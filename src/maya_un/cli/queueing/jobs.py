@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -22,7 +23,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
 from maya_un.cli.waiting import PATIENCE, follow, reason
 from maya_un.client import requests
-from maya_un.errors import FileUnwritable, InvalidCommandLine, WrongState
+from maya_un.errors import FileUnwritable, InvalidCommandLine, MayaError, WrongState
 from maya_un.process.spec.documents import located
 from maya_un.process.spec.job import load_job
 
@@ -186,46 +187,64 @@ def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputS
     client = ServiceClient.find()
     changes = options.said()
     if file is not None:
-        changes["job"] = load_job(Path(file)).model_dump(mode="json", exclude_none=True, warnings=False)
-    if not changes:
-        changes = _by_hand(client, job, settings)
-    if not changes:
-        return output.answer({"changed": False}, translate("Nothing was changed.", settings.language), settings)
-    with called(_OPTIONS):
-        line = client.ask(requests.change_job(job, changes))
-    return _line(line, settings)
-
-
-def _by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> dict[str, Any]:
-    """Return the changes made in an editor; raises foreseeable errors before the editor opens."""
+        changes["job"] = _read(Path(file))
+    if changes:
+        return _changed(client, job, changes, settings)
     if settings.json or not sys.stdin.isatty():
         raise InvalidCommandLine(reason="give the options to change, or --file FILE", command="maya job edit")
     state = client.ask(requests.report(job))["state"]
     if state not in _CHANGEABLE:
         raise WrongState(number=job, state=state, action="changed")
-    return _edited(client.ask(requests.job_body(job)), job)
+    return _edited_by_hand(client, job, settings)
 
 
-def _edited(body: Mapping[str, Any], job: int) -> dict[str, Any]:
-    """Return the job as edited ($VISUAL, $EDITOR, vi), {} if it is unchanged."""
+def _edited_by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> int:
+    """Open a job in an editor and send it; if it is refused, keep the text and name its file."""
+    folder = Path(tempfile.mkdtemp(prefix="maya-"))
+    path, kept = folder / f"job-{job}.yaml", False
+    try:
+        if not _edited(client.ask(requests.job_body(job)), path):
+            return output.answer({"changed": False}, translate("Nothing was changed.", settings.language), settings)
+        kept = True
+        code = _changed(client, job, {"job": _read(path)}, settings)
+        kept = False
+    except MayaError:
+        if kept:
+            said = marked("Your text is kept. Correct it, then run `maya job edit {job} --file {path}`.")
+            output.say(translate(said, settings.language, job=job, path=path))
+        raise
+    finally:
+        if not kept:
+            shutil.rmtree(folder)
+    return code
+
+
+def _changed(client: ServiceClient, job: int, changes: Mapping[str, Any], settings: OutputSettings) -> int:
+    with called(_OPTIONS):
+        line = client.ask(requests.change_job(job, changes))
+    return _line(line, settings)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    return load_job(path).model_dump(mode="json", exclude_none=True, warnings=False)
+
+
+def _edited(body: Mapping[str, Any], path: Path) -> bool:
+    """Have the job edited in a file ($VISUAL, $EDITOR, vi); return whether it has changed."""
     import yaml
 
     written = yaml.safe_dump(dict(body), sort_keys=False, allow_unicode=True, default_flow_style=None)
-    with tempfile.TemporaryDirectory(prefix="maya-") as folder:
-        path = Path(folder) / f"job-{job}.yaml"
-        path.write_text(written, encoding="utf-8")
-        editor = os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi"
-        try:
-            subprocess.run([*shlex.split(editor), str(path)], check=True)
-        except OSError as error:
-            raise FileUnwritable(path=path, reason=f"{editor}: {error.strerror}") from error
-        except subprocess.CalledProcessError as error:
-            raise FileUnwritable(
-                path=path, reason=phrase("{editor} ended with {status}", editor=editor, status=error.returncode)
-            ) from None
-        if path.read_text(encoding="utf-8") == written:
-            return {}
-        return {"job": load_job(path).model_dump(mode="json", exclude_none=True, warnings=False)}
+    path.write_text(written, encoding="utf-8")
+    editor = os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi"
+    try:
+        subprocess.run([*shlex.split(editor), str(path)], check=True)
+    except OSError as error:
+        raise FileUnwritable(path=path, reason=f"{editor}: {error.strerror}") from error
+    except subprocess.CalledProcessError as error:
+        raise FileUnwritable(
+            path=path, reason=phrase("{editor} ended with {status}", editor=editor, status=error.returncode)
+        ) from None
+    return path.read_text(encoding="utf-8") != written
 
 
 def _line(line: Mapping[str, Any], settings: OutputSettings) -> int:

@@ -38,7 +38,8 @@ def restore(source: str, settings: OutputSettings) -> int:
     done = backups.restore(Path(source), kept())
     aside = done.aside or translate("nothing", settings.language)
     text = translate(
-        "{path}: {jobs} jobs, {unfinished} of them unfinished. The former file is kept as {aside}",
+        "{path}: {jobs} jobs, {unfinished} of them unfinished. The former file is kept as {aside}\n"
+        "Users and tokens are those of the backup, too: revoke again what was revoked since (`maya user tokens`).",
         settings.language,
         **{**_shown(done), "aside": aside},
     )

@@ -20,7 +20,7 @@ from maya_un.service.access.operations import Caller, Operation
 from maya_un.service.access.users import Calendar, MemoryStore, Store, UserRegistry
 
 SIGN_IN = "sign in"
-"""The operation of a failed attempt to sign in."""
+"""The operation of an attempt to sign in with a password, or of a failed one with a token."""
 
 TOGETHER = 10.0
 """Repeated requests of a held jog within this time are logged once [s, real time]."""
@@ -29,7 +29,7 @@ _LONGEST_DETAIL = 200
 _OFTEN = frozenset({Operation.JOG})
 
 SINGLY = 10
-"""Number of refusals and stops of one caller from one machine that get a row each; further ones are counted."""
+"""Number of repeatable rows of one caller from one machine that are written; further ones are counted."""
 
 COUNTED = 60.0
 """First period of counting [s, real time]; one row ends each period, and the next is twice as long."""
@@ -37,12 +37,14 @@ COUNTED = 60.0
 LONGEST = 3600.0
 """Longest period of counting [s, real time]."""
 
-_REPEATED = frozenset({Operation.STOP, Operation.ABORT})
+_REPEATED = frozenset({Operation.STOP, Operation.ABORT, Operation.ME, Operation.LEASE})
+"""Operations without limit that anybody may repeat. Each row of them could displace the row of a change."""
+
 _MOST_CALLERS = 10_000
 
 
 class _Spell:
-    """Recent refusals and stops of one caller from one computer: their number, and the last one only counted."""
+    """Recent repeatable rows of one caller from one computer: their number, and the last one only counted."""
 
     def __init__(self, length: float) -> None:
         self.length = length
@@ -56,7 +58,8 @@ class Audit:
     """Writes audit rows by `note`, with the date of `now`; `speed` is that of the loop's clock relative to real time.
 
     A held jog sends several requests a second: repeated requests of the same caller with the same outcome are logged
-    once. Refusals and stops can occur without limit, so many of them are only counted.
+    once. Refusals, stops, sign-ins, and requests about the caller or the lease can occur without limit, so many of them
+    are only counted.
     """
 
     def __init__(self, note: Callable[[AuditRow], None], now: Callable[[], str], speed: float = 1.0) -> None:
@@ -80,6 +83,10 @@ class Audit:
                 self._write_or_count(row)
             else:
                 self._note(row)
+
+    def signed_in(self, name: str, role: str, source: str) -> None:
+        """Log that a user has signed in with the password."""
+        self._write_or_count(self._row(name, role, source, SIGN_IN, 0, ""))
 
     def not_signed_in(self, name: str, source: str) -> None:
         """Log a failed attempt to sign in, by `name` if it is known."""

@@ -74,7 +74,7 @@ class ScriptedRobot:
 @pytest.fixture
 def scripted_robot() -> Iterator[ScriptedRobot]:
     found = ScriptedRobot()
-    with http_service(found.says) as url:
+    with http_service(found.says) as url, runtime.claimed():
         runtime.publish(runtime.Running(url, os.getpid(), None))
         yield found
 

@@ -102,7 +102,7 @@ def test_values_are_from_the_running_robot(capsys: pytest.CaptureFixture[str]) -
     def says(_: str, path: str, __: object) -> tuple[int, object]:
         return 200, [{"id": 8}, {"id": 7}] if path.startswith("/v1/jobs") else [{"name": "shelf"}]
 
-    with http_service(says) as url:
+    with http_service(says) as url, runtime.claimed():
         runtime.publish(runtime.Running(url, os.getpid(), None))
         assert (values.run(["jobs"]), capsys.readouterr().out) == (0, "8\n7\n")
         assert main(["completion", "values", "places"]) == 0

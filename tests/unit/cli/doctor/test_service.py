@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -28,6 +29,12 @@ ANSWERS: dict[str, Any] = {
     "/v1/lease": {"holder": "", "since": 0.0},
     "/v1/queue": {"mode": "running", "reason": "", "counts": {}, "recovery": None},
 }
+
+
+@pytest.fixture(autouse=True)
+def claim() -> Iterator[None]:
+    with runtime.claimed():
+        yield
 
 
 def published(url: str) -> None:

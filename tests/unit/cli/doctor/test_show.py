@@ -46,7 +46,7 @@ def test_the_configuration_is_that_of_the_running_service(
     (tmp_path / "theirs.toml").touch()
     monkeypatch.setenv("MAYA_CONFIG", str(tmp_path / "ours.toml"))
     path = str(tmp_path / config) if config else ""
-    with http_service(lambda *_: (200, {})) as url:
+    with http_service(lambda *_: (200, {})) as url, runtime.claimed():
         runtime.publish(runtime.Running(url, os.getpid(), None, path))
         main(["doctor"])
     assert said.format(path=path) in capsys.readouterr().out.splitlines()

@@ -173,6 +173,7 @@ def test_a_service_that_is_gone_is_stopped_past(monkeypatch: pytest.MonkeyPatch)
     url = f"http://127.0.0.1:{free_port()}"
     session = PendantSession(ServiceClient(url), WORKSPACE, "en")
     monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+    monkeypatch.setattr(runtime, "claimant", lambda: 1)
     real_time(stop(session))
     assert session.trouble.startswith("`maya up` does not run on this computer")
     assert session.notes[-1].startswith("NOT STOPPED: `maya up` does not run on this computer")

@@ -102,6 +102,7 @@ def running(service: Service, monkeypatch: pytest.MonkeyPatch) -> Iterator[Servi
     """Have commands find the service."""
     with http_service(service.says) as url:
         monkeypatch.setattr(runtime, "find", lambda: Running(url, 1, None))
+        monkeypatch.setattr(runtime, "claimant", lambda: 1)
         yield service
 
 

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -225,8 +226,12 @@ def test_an_editor_that_fails_or_leaves_no_job_changes_nothing(
 ) -> None:
     edited(monkeypatch, tmp_path, script)
     service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
-    assert printed(["job", "edit", "7"], capsys, 2).startswith("maya: error ")
+    told = printed(["job", "edit", "7"], capsys, 2)
+    assert "maya: error " in told
     assert service.said == []
+    kept = re.fullmatch(r"(?s)Your text is kept\. Correct it, then run `maya job edit 7 --file (\S+)`\.\n.*", told)
+    assert (kept is None) == script.startswith("exit")
+    assert kept is None or Path(kept[1]).read_text(encoding="utf-8") == "steps: [fly]\n"
 
 
 def test_no_editor_is_opened_for_a_job_that_has_ended(
