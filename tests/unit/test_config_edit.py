@@ -73,6 +73,13 @@ def test_inline_tables_and_dotted_keys_are_understood(tmp_path: Path) -> None:
     assert (config.geometry.height, config.axes.b.minimum, config.scale.pulses_per_degree) == (2.4, 0.6, 372.0)
 
 
+def test_a_table_is_added_within_an_inline_one(tmp_path: Path) -> None:
+    file = tmp_path / "config.toml"
+    file.write_text(edited("axes = {a = {minimum = 0.1}}  # mine\n", {"axes.b.minimum": 0.6}))
+    assert file.read_text().rstrip().endswith("# mine")
+    assert (load(file).axes.a.minimum, load(file).axes.b.minimum) == (0.1, 0.6)
+
+
 def test_a_file_that_is_not_there_says_nothing(tmp_path: Path) -> None:
     assert text_of(tmp_path / "none.toml") == ""
     assert written(tmp_path / "none.toml") == {}

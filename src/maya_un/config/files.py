@@ -301,6 +301,7 @@ def merged(text: str, changes: Mapping[str, Any]) -> str:
 
 def _merge(table: MutableMapping[str, Any], changes: Mapping[str, Any]) -> None:
     import tomlkit  # noqa: PLC0415
+    from tomlkit.items import InlineTable  # noqa: PLC0415
 
     for name, value in changes.items():
         if value is None or value == []:  # an empty list of tables cannot be written
@@ -310,7 +311,8 @@ def _merge(table: MutableMapping[str, Any], changes: Mapping[str, Any]) -> None:
         elif name in table or _adds(value):
             if name not in table:
                 only_tables = all(isinstance(one, Mapping) for one in value.values())
-                table[name] = tomlkit.table(is_super_table=only_tables)
+                inline = isinstance(table, InlineTable)  # it cannot hold a table with a head of its own
+                table[name] = tomlkit.inline_table() if inline else tomlkit.table(is_super_table=only_tables)
             below = table[name]
             if not isinstance(below, MutableMapping):
                 raise ValueError(phrase("{name} is no table", name=name))
