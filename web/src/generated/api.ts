@@ -845,6 +845,7 @@ export interface Recovering {
   choice: "resume" | "redo" | "skip" | "abort";
   holding?: boolean | null;
   resume_queue?: boolean;
+  job?: number | null;
 }
 
 export interface Recovery {
