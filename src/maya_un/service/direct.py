@@ -3,9 +3,10 @@
 A held jog is one planned motion to the border of the workspace, so it is bounded and decelerates before the border.
 Along a vector its speed may change at once. Another direction is another motion, which begins when the first one is at
 rest. A stick is never quite still, so a direction that differs by less than `TURN` is the same.
-After its end by the border, another user's stop or a fault, it does not start again until the key is released. Two
-connections may exchange the order of two requests: a client that numbers the presses of its keys moves nothing by a
-request that arrives after the end of its press.
+After its end by the border it does not start again in its direction until the key is released. After another user's
+stop or a fault, the press moves nothing any more, in no direction and at no speed, until the key is released or not
+renewed. Two connections may exchange the order of two requests: a client that numbers the presses of its keys moves
+nothing by a request that arrives after the end of its press.
 
 The queue waits: a job starts when the direct command has ended. A command is refused with `Busy` while a job or another
 command is running. Callers have passed the gate by `Operation.COMMAND`.
@@ -25,14 +26,14 @@ from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
 from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import LONGEST
 from maya_un.controller.protocol import Controller, OnVia
-from maya_un.errors import Busy, Cancelled, InvalidValue, MayaError, NotConnected
+from maya_un.errors import Busy, Cancelled, Faulted, InvalidValue, MachineError, MayaError, NotConnected, Stopped
 from maya_un.motion.path import Route
 from maya_un.process.process import Process
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Caller
-from maya_un.values import JogDirection, Joints
+from maya_un.values import JogDirection, Joints, Mode
 
 T = TypeVar("T")
 
@@ -95,6 +96,10 @@ class _Outcome(NamedTuple):
     reason: str = ""
 
 
+_ENDS_PRESS = (Stopped, Faulted, NotConnected, MachineError)
+"""Errors of a jog after which its press moves nothing any more."""
+
+
 class HeldJogs:
     """At most one held jog of a controller; it continues while it is renewed within `patience` [s, loop time]."""
 
@@ -138,15 +143,22 @@ class HeldJogs:
             return _Outcome(key, moving=False)
         if press != self._press:
             self._end_press()
-            self._press, self._key = press, None
+            self._press = press
         held = self._key
-        if held is not None and key.is_like(held) and await self._goes_on(held, key.speed):
-            return self._answer(held._replace(speed=key.speed))
+        if held is None:
+            self._halted = False
+        elif self._is_over():
+            self._renew()
+            return self._answer(self._moved or key)._replace(key=key)
+        elif key.is_like(held):
+            if await self._goes_on(held, key.speed):
+                return self._answer(held._replace(speed=key.speed))
+            if self._key is None or press != self._press:  # released meanwhile
+                return _Outcome(key, moving=False)
         self._brake()
         self._key = key
-        self._halted = False
         self._renew()
-        await self._begin(key)
+        await self._begin(key, press)
         return self._answer(key)
 
     async def release(self, press: str | None = None) -> None:
@@ -158,7 +170,6 @@ class HeldJogs:
             self._remember(press)
             return
         self._end_press()
-        self._key = None
         if self._watch is not None:
             self._watch.cancel()
             self._watch = None
@@ -171,10 +182,18 @@ class HeldJogs:
         self._halted = True
         self._brake()
 
+    def _is_over(self) -> bool:
+        """Return whether the robot was stopped, or a fault came, since the held press began."""
+        if self._moved is not None and self._task is not None and not self._halted:
+            ended = self._task.done() and not self._task.cancelled()
+            failed = ended and isinstance(self._task.exception(), _ENDS_PRESS)
+            self._halted = failed or self._controller.state.mode in (Mode.FAULT, Mode.DISCONNECTED)
+        return self._halted
+
     def _end_press(self) -> None:
         if self._press is not None:
             self._remember(self._press)
-        self._press = None
+        self._press = self._key = self._moved = None
 
     def _remember(self, press: str) -> None:
         if press not in self._ended:
@@ -184,13 +203,13 @@ class HeldJogs:
         if self._task is not None and not self._task.done() and not self._task.cancelling():
             self._task.cancel()
 
-    async def _begin(self, key: _Key) -> None:
-        """Start the jog when the previous one is at rest, unless it was halted, or the key was released or changed."""
+    async def _begin(self, key: _Key, press: str | None) -> None:
+        """Start the jog when the previous one is at rest, unless the press is over or the key changed."""
         async with self._turn:
             if self._task is not None:
                 await asyncio.wait({self._task})
             wanted = self._key  # its speed may be newer
-            if self._halted or wanted is None or not key.is_like(wanted):
+            if self._is_over() or press != self._press or wanted is None or not key.is_like(wanted):
                 return
             if asyncio.get_running_loop().time() > self._until:
                 return
@@ -236,7 +255,6 @@ class HeldJogs:
             self._watch = loop.call_at(self._until, self._expired)
         else:
             self._end_press()
-            self._key = None
             self._brake()
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager, suppress
 from itertools import cycle
 from math import hypot
 
@@ -405,3 +405,84 @@ async def test_answer_tells_the_vector_that_the_robot_follows() -> None:
         answer = await jogs.steer((0.58, 0.8, 0.0))
         assert answer.moving
         assert answer.vector == pytest.approx((0.593, 0.790, 0.0), abs=0.01)
+
+
+async def until_rest(bench: Rig, key: Callable[[], Awaitable[object]]) -> None:
+    """Keep holding a key until nothing moves."""
+    while still_moving(bench) > 0.0:
+        await key()
+        await elapse(0.1)
+
+
+@pytest.mark.parametrize("press", [None, "first"])
+@pytest.mark.parametrize(("axis", "direction", "speed"), [("b", 1, 0.5), ("b", -1, 1.0), ("c", 1, 1.0)])
+async def test_press_that_somebody_stopped_moves_nothing_as_another_key(
+    press: str | None, axis: str, direction: int, speed: float
+) -> None:
+    async with held() as (bench, jogs):
+        await jogs.hold("b", 1, 1.0, press)
+        jogs.halt()
+        await bench.controller.stop()
+        await until_rest(bench, lambda: jogs.hold("b", 1, 1.0, press))
+        for _ in range(10):
+            assert not (await jogs.hold(axis, direction, speed, press)).moving
+            await elapse(0.2)
+        assert starts(bench) == 1
+        await jogs.release(press)
+        assert (await jogs.hold(axis, direction, speed, "second")).moving
+
+
+async def test_stick_that_turns_after_a_stop_moves_nothing() -> None:
+    async with held() as (bench, jogs):
+        await steer(jogs, 2.0, (0.0, 0.0, 0.5))
+        jogs.halt()
+        await bench.controller.stop()
+        assert not (await steer(jogs, 3.0, (0.15, 0.0, 0.45), (0.5, 0.0, 0.0))).moving
+        assert starts(bench) == 1
+        assert (await jogs.steer((0.5, 0.0, 0.0), "another press")).moving
+
+
+async def test_key_without_a_press_stays_stopped_until_it_is_not_renewed() -> None:
+    async with held() as (bench, jogs):
+        await keep(jogs, 2.0)
+        jogs.halt()
+        await bench.controller.stop()
+        assert not (await keep(jogs, 3.0, -1)).moving
+        await elapse(2.0 * PATIENCE)
+        assert (await keep(jogs, 1.0, -1)).moving
+
+
+async def test_stop_past_this_service_ends_the_press_in_every_direction() -> None:
+    async with held() as (bench, jogs):
+        await keep(jogs, 4.0)
+        await bench.controller.stop()
+        await until_rest(bench, lambda: jogs.hold("b", 1, 1.0))
+        await elapse(0.2)
+        for direction, speed in ((-1, 1.0), (1, 0.5)):
+            with pytest.raises(Stopped):
+                await jogs.hold("b", direction, speed)
+        assert starts(bench) == 1
+
+
+@pytest.mark.parametrize("before", [1.0, 40.0])
+async def test_fault_ends_the_press_though_it_is_cleared_meanwhile(before: float) -> None:
+    async with held() as (bench, jogs):
+        await keep(jogs, before)
+        bench.virtual.cut()
+        await elapse(0.05)
+
+        async def key() -> None:
+            with suppress(MayaError):
+                assert not (await jogs.hold("b", 1, 1.0)).moving
+
+        await until_rest(bench, key)
+        for _ in range(20):
+            await key()
+            await elapse(0.2)
+        await bench.controller.recover()
+        for direction, speed in ((-1, 1.0), (1, 0.5)):
+            with suppress(MayaError):
+                assert not (await jogs.hold("b", direction, speed)).moving
+        assert starts(bench) == 1
+        await jogs.release()
+        assert (await jogs.hold("b", -1, 1.0)).moving
