@@ -14,7 +14,7 @@ from maya_un.config import Config
 from maya_un.controller import datum
 from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.datum import GivenDatum
-from maya_un.controller.execution import Execution, Pacing
+from maya_un.controller.execution import GUARDED_MOVE, Execution, Pacing
 from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun, guarded_move, homed_pose
 from maya_un.controller.homing_mark import erase, leave
@@ -246,7 +246,7 @@ class GalilController:
             await self.move(homed_pose(self.config))
             return
         async with self._motion("home", homed=False) as (command, driver):
-            await self._execution.allowed(command)
+            await self._execution.allowed_whole(command)
             await self._at_rest_and_owned(driver)
             monitor.homed, monitor.displaced = False, None
             await erase(driver)
@@ -298,10 +298,10 @@ class GalilController:
         Raises `InvalidValue`, `DatumRefused`, `HomingStalled` if the axis does not follow, and the errors of a motion.
         """
         number, monitor = datum.require_nudge(axis, distance), self._monitor
-        async with self._motion("guarded move", homed=False) as (command, driver):
+        async with self._motion(GUARDED_MOVE, homed=False) as (command, driver):
             if monitor.homed:
                 raise DatumRefused(reason=phrase("the robot is homed; use `maya jog`"))
-            await self._execution.allowed(command)
+            await self._execution.allowed_whole(command)
             await self._at_rest_and_owned(driver)
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
@@ -435,8 +435,8 @@ class GalilController:
         """Brake on the path and hold all motion until `resume`; return the duration and distance of braking.
 
         A motion that is requested meanwhile waits. A stop, a fault or `recover` ends a pause; a pause has no time
-        limit. With `ahead`, the next motion is held even if nothing is under way now. Raises `CannotPause` for a homing
-        and if nothing is under way; `Faulted`, `NotConnected`.
+        limit. With `ahead`, the next motion is held even if nothing is under way now. Raises `CannotPause` for a
+        homing, a guarded move, and if nothing is under way; `Faulted`, `NotConnected`.
         """
         return await self._pacing.pause(ahead=ahead)
 
@@ -569,13 +569,14 @@ class GalilController:
             except MachineError as error:
                 raise await self._at_rest_after(error, driver) from error.__cause__
             except Exception:
-                if monitor.run is not None or monitor.phase is not None:
+                if monitor.under_way:
                     await self._stopping.rest(driver)
                 raise
             finally:
                 monitor.run = None
                 monitor.phase = None
                 monitor.seeking = False
+                monitor.unpausable = False
                 monitor.stopping = False
                 monitor.publish()
 

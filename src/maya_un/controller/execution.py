@@ -103,7 +103,9 @@ class Pacing:
             raise Faulted(fault=str(monitor.fault))
         if monitor.pace.paused:
             return
-        if monitor.phase is not None:
+        if monitor.unpausable:
+            if monitor.slot.current is not None and monitor.slot.current.name == GUARDED_MOVE:
+                raise CannotPause(reason="a guarded move cannot be interrupted and continued")
             raise CannotPause(reason="a homing cannot be interrupted and continued")
         if monitor.stopping:
             raise CannotPause(reason="the robot is stopping")
@@ -144,6 +146,9 @@ def _require_ratio(key: str, ratio: float) -> None:
         raise InvalidValue(key=key, value=ratio, reason=phrase("it is at least {least:g} and at most 1", least=SLOWEST))
 
 
+GUARDED_MOVE = "guarded move"
+"""Name of the command that moves an axis of a robot that is not homed."""
+
 LATE = 1.0
 """A motion may end this much later than predicted [s], and a twentieth of its duration, before that is an error."""
 
@@ -163,9 +168,16 @@ class Execution:
         self._loop = asyncio.get_running_loop()
 
     async def allowed(self, command: RunningCommand) -> None:
-        """Wait until all motion is no longer on hold."""
+        """Wait until all motion is no longer on hold; raises `Faulted` if a fault ended the hold."""
         while self._monitor.pace.paused:
             await command.wait(inf, self._monitor.pace.news)
+        if self._monitor.fault is not None:
+            raise Faulted(fault=str(self._monitor.fault))
+
+    async def allowed_whole(self, command: RunningCommand) -> None:
+        """Wait as `allowed` for a motion that cannot be paused: from now until its end, every pause is refused."""
+        await self.allowed(command)
+        self._monitor.unpausable = True  # no await since the look at the pause: no pause can come between
 
     async def carry_out(
         self, command: RunningCommand, driver: Driver, plan: MotionPlan, on_via: OnVia | None = None

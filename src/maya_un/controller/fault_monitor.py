@@ -299,7 +299,7 @@ class FaultMonitor:
             self._begin(self._find_owner(driver, self._guard))
         elif not watch.running:
             self._begin(self._find_out(watch.garbled or GuardNotRunning()))
-        elif watch.expired and (monitor.run is not None or monitor.phase is not None):
+        elif watch.expired and monitor.under_way:
             monitor.end(HostSilent())
         elif watch.expired and self._guard is not None:  # at rest the guard had nothing to stop
             self._begin(self._guard.arm(driver))

@@ -185,6 +185,7 @@ class Monitor:
         self.stopping = False
         self.live = False
         self.seeking = False
+        self.unpausable = False
         self.homed = False
         self.given: GivenDatum | None = None
         self.powered = False

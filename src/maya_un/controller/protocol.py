@@ -390,7 +390,7 @@ class Controller(Protocol):
     async def pause(self, *, ahead: bool = False) -> StopReport:
         """Brake on the path and hold all motion until `resume`; return the duration and distance of braking.
 
-        Raises `CannotPause` for a homing, and if nothing is under way, unless `ahead`.
+        Raises `CannotPause` for a homing or a guarded move, and if nothing is under way, unless `ahead`.
         """
         ...
 

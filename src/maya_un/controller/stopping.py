@@ -35,7 +35,7 @@ class MotionStopper:
         report = None if monitor.run is None else monitor.run.stop_report(self._loop.time())
         command = monitor.slot.current
         if command is not None:
-            monitor.stopping = monitor.run is not None or monitor.phase is not None
+            monitor.stopping = monitor.under_way
             command.interrupt(Stopped())
         if command is not None or monitor.pace.paused:
             monitor.release()

@@ -15,6 +15,7 @@ from maya_un.errors import (
     AbortInput,
     CannotPause,
     Faulted,
+    GuardNotRunning,
     InvalidValue,
     LinkLost,
     MayaError,
@@ -414,3 +415,65 @@ async def test_a_pause_outlasts_everything_but_no_lost_link() -> None:
         await elapse(5.0)
         assert places(bench) == pytest.approx(stands, abs=1e-4)
         await bench.controller.move(HERE)
+
+
+async def test_a_guarded_move_is_not_paused_and_stops_when_asked() -> None:
+    async with rig() as bench:
+        move = asyncio.create_task(bench.controller.guarded_move("b", 0.05))
+        await elapse(3.0)
+        for ahead in (False, True):
+            with pytest.raises(CannotPause, match="guarded move"):
+                await bench.controller.pause(ahead=ahead)
+        assert bench.controller.state.mode is not Mode.PAUSED
+        stop = asyncio.create_task(bench.controller.stop())
+        await elapse(0.01)
+        assert bench.controller.state.mode is Mode.STOPPING
+        await stop
+        await asyncio.wait({move})
+        assert isinstance(move.exception(), Stopped)
+        assert bench.controller.state.mode is Mode.NOT_HOMED
+
+
+@pytest.mark.parametrize("move", ["home", "guarded move"])
+async def test_no_pause_comes_between_the_beginning_of_a_homing_and_its_first_motion(move: str) -> None:
+    async with rig() as bench:
+        refused: list[MayaError | None] = []
+
+        async def pause() -> None:
+            try:
+                await bench.controller.pause()
+            except CannotPause as refusal:
+                refused.append(refusal)
+
+        when_sent(bench, "SH", lambda: asyncio.create_task(pause()))
+        work = bench.controller.home() if move == "home" else bench.controller.guarded_move("b", 0.01)
+        task = asyncio.create_task(work)
+        await elapse(1.0)
+        assert len(refused) == 1
+        assert bench.controller.state.mode is not Mode.PAUSED
+        await bench.controller.stop()
+        with pytest.raises(Stopped):
+            await task
+
+
+async def test_guarded_move_requested_in_a_pause_is_held() -> None:
+    async with rig() as bench:
+        await bench.controller.pause(ahead=True)
+        move = asyncio.create_task(bench.controller.guarded_move("b", 0.01))
+        await elapse(10.0)
+        assert (still_moving(bench), move.done()) == (0.0, False)
+        await bench.controller.resume()
+        assert (await move).distance == pytest.approx(0.01, abs=1e-4)
+
+
+async def test_homing_held_by_a_pause_does_not_begin_when_a_fault_ends_the_pause() -> None:
+    async with homed() as bench:
+        await bench.controller.pause(ahead=True)
+        home = asyncio.create_task(bench.controller.home())
+        await elapse(1.0)
+        monitor = bench.controller._monitor
+        monitor.fail(GuardNotRunning(), monitor.link.driver)  # as a refused torque of rest does: it interrupts nothing
+        with pytest.raises(Faulted):
+            await home
+        assert bench.controller.state.homed
+        assert still_moving(bench) == 0.0

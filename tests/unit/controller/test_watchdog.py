@@ -363,6 +363,17 @@ async def test_homing_stopped_by_another_host_does_not_go_on(after: float) -> No
         assert bench.mechanics.true_joints() == pytest.approx(rest, abs=5e-5)
 
 
+@pytest.mark.parametrize("after", [3.01, 3.02, 3.03, 3.04])
+async def test_silent_host_learns_that_its_guarded_move_was_stopped(after: float) -> None:
+    async with rig(live=True) as bench:
+        move = asyncio.create_task(bench.controller.guarded_move("b", 0.05))
+        await elapse(after)
+        await foreign(bench, "HX7", "mayabeat=TIME-600", "XQ#MAYAGRD,7")
+        with pytest.raises(HostSilent):
+            await move
+        assert bench.controller.state.mode is Mode.FAULT
+
+
 async def test_delayed_homing_learns_of_the_watchdog() -> None:
     async with rig(CALM, live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
