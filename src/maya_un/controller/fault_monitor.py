@@ -10,6 +10,7 @@ from collections.abc import Coroutine, Sequence
 from contextlib import suppress
 
 from dmc41x3.driver import Driver
+from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
 from maya_un.controller import state_builder
 from maya_un.controller.homing_mark import erase, plausible, remembered
@@ -120,10 +121,14 @@ class FaultMonitor:
     async def load(self, driver: Driver, commands: Sequence[str]) -> None:
         """Send the preparation of a motion; with a guard, only if it runs (`GuardNotRunning`, `HostSilent`).
 
-        A `live` monitor also reads every register that safety depends on; raises `RegisterChanged`.
+        A `live` monitor also reads every register that safety depends on; raises `RegisterChanged`. Without expected
+        values to compare with, it sends nothing and raises `InternalError`.
         """
         registers = self._monitor.registers
-        asked = registers.ask(driver) if self._live and commands and registers.known else None
+        checked = self._live and bool(commands)
+        if checked and not registers.known and not driver.lost.done():
+            raise InternalError(reason=phrase("the expected values of the controller's registers are unknown"))
+        asked = registers.ask(driver) if checked and registers.known else None
         registers.sent(commands)
         if self._guard is None:
             await driver.batch(commands)

@@ -281,11 +281,10 @@ class Registers:
         """Write every register of the configuration, read all, and accept those of the machine.
 
         Machine registers that were stored before are written back. Raises `ParameterMismatch` if the controller has
-        another value.
+        another value. Until this returns, and after an error or a cancel, the earlier expected values are kept.
 
         DC holds the stop's deceleration, because axis-wise motion is used only to stop.
         """
-        self._expected = {}
         written = self._wanted | self._kept
         found = await self._read(driver) if self._kept else {}
         restored = {name: value for name, value in self._kept.items() if found.get(name) != value}

@@ -20,7 +20,7 @@ from maya_un.errors import (
 )
 from maya_un.testing import Rig, rig
 from maya_un.values import Mode
-from tests.unit.controller.bench import FAR, HERE, OWN, commands_in, far_away, foreign, homed, kinds
+from tests.unit.controller.bench import FAR, HERE, OWN, commands_in, far_away, foreign, homed, kinds, when_sent
 from tests.virtual_time import elapse
 
 
@@ -155,3 +155,48 @@ async def test_a_fault_that_ends_a_pause_begins_no_motion_that_waited_in_it() ->
         await elapse(1.0)
         assert b"BGS" not in bench.sent.replace(b"_BGS", b"")
         assert await foreign(bench, "MG _TLB,_TLC,mayamove") == ["0.1248 0.1248 0.0000"]
+
+
+def configuring(bench: Rig) -> asyncio.Task[None]:
+    """Begin a homing, which writes and reads all registers before it begins."""
+    return asyncio.create_task(bench.controller.home())
+
+
+@pytest.mark.parametrize("at", ["VF 10.4", "MG3,", "MG9,"])
+async def test_registers_are_checked_after_a_cancel_while_they_were_written(at: str) -> None:
+    async with homed(live=True) as bench:
+        await elapse(0.5)
+        home = configuring(bench)
+        when_sent(bench, at, home.cancel)
+        await asyncio.wait({home})
+        assert home.cancelled()
+        assert bench.controller.state.homed
+        await foreign(bench, "ERB=2000000", "OEB=0", "LDB=3")
+        with pytest.raises((RegisterChanged, Faulted)):
+            await bench.controller.move(FAR)
+        assert bench.controller.state.mode is Mode.FAULT
+
+
+async def test_registers_are_checked_after_a_link_that_was_lost_while_they_were_written() -> None:
+    async with homed(live=True) as bench:
+        await elapse(0.5)
+        home = configuring(bench)
+        when_sent(bench, "VF 10.4", bench.virtual.cut)
+        await asyncio.wait({home})
+        assert isinstance(home.exception(), MachineError)
+        assert not bench.controller._monitor.registers.known
+        await elapse(5.0)
+        await bench.controller.recover()
+        await foreign(bench, "ERB=2000000")
+        with pytest.raises((RegisterChanged, Faulted)):
+            await bench.controller.move(FAR)
+
+
+async def test_no_motion_begins_without_values_to_compare_registers_with() -> None:
+    async with homed(live=True) as bench:
+        bench.controller._monitor.registers.forget()
+        with pytest.raises(InternalError):
+            await bench.controller.move(FAR)
+        assert "BGS" not in commands_in(bytes(bench.sent))
+        await bench.controller.recover()
+        await bench.controller.move(HERE._replace(a=HERE.a + 0.01))
