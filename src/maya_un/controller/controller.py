@@ -382,10 +382,14 @@ class GalilController:
         return True
 
     async def gripper(self, open_: bool) -> None:
-        """Open or close the gripper and wait until it has moved; no motion, so no homing is needed."""
+        """Open or close the gripper and wait until it has moved; no motion, so no homing is needed.
+
+        In a pause it waits for the end of the pause first.
+        """
         monitor = self._monitor
         with monitor.slot.take("open" if open_ else "close") as command:
             driver = monitor.ready(homed=False)
+            await self._execution.allowed(command)
             grip = self.config.gripper
             high = (grip.closed_by == "set") is not open_
             await self._lookout.output(driver, grip.output, high=high)
@@ -395,11 +399,16 @@ class GalilController:
             command.check()
 
     async def output(self, number: int, *, on: bool) -> None:
-        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
+        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others.
+
+        In a pause it waits for the end of the pause first.
+        """
         require_output(self.config, number)
         monitor = self._monitor
         with monitor.slot.take("output") as command:
-            await self._lookout.output(monitor.ready(homed=False), number, high=on)
+            driver = monitor.ready(homed=False)
+            await self._execution.allowed(command)
+            await self._lookout.output(driver, number, high=on)
             self.events.emit(OutputSet(number) if on else OutputCleared(number))
             await monitor.look()
             command.check()
@@ -434,9 +443,9 @@ class GalilController:
     async def pause(self, *, ahead: bool = False) -> StopReport:
         """Brake on the path and hold all motion until `resume`; return the duration and distance of braking.
 
-        A motion that is requested meanwhile waits. A stop, a fault or `recover` ends a pause; a pause has no time
-        limit. With `ahead`, the next motion is held even if nothing is under way now. Raises `CannotPause` for a
-        homing, a guarded move, and if nothing is under way; `Faulted`, `NotConnected`.
+        A motion, a gripper command or an output that is requested meanwhile waits. A stop, a fault or `recover` ends a
+        pause; a pause has no time limit. With `ahead`, the next motion is held even if nothing is under way now. Raises
+        `CannotPause` for a homing, a guarded move, and if nothing is under way; `Faulted`, `NotConnected`.
         """
         return await self._pacing.pause(ahead=ahead)
 

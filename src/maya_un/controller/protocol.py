@@ -368,11 +368,14 @@ class Controller(Protocol):
         ...
 
     async def gripper(self, open_: bool) -> None:
-        """Open or close the gripper and wait until it has moved."""
+        """Open or close the gripper and wait until it has moved; in a pause, first wait for its end."""
         ...
 
     async def output(self, number: int, *, on: bool) -> None:
-        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others."""
+        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); in a pause, wait for its end first.
+
+        Raises `InvalidValue` for others.
+        """
         ...
 
     async def input(self, number: int) -> bool:

@@ -23,7 +23,16 @@ from maya_un.errors import (
     Stopped,
     Unreachable,
 )
-from maya_un.events import HomingDone, MotionBegun, MotionEnded, MotionPaused, MotionResumed, SpeedChanged
+from maya_un.events import (
+    GripperOpened,
+    HomingDone,
+    MotionBegun,
+    MotionEnded,
+    MotionPaused,
+    MotionResumed,
+    OutputSet,
+    SpeedChanged,
+)
 from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
 from maya_un.values import Joints, Mode
@@ -477,3 +486,26 @@ async def test_homing_held_by_a_pause_does_not_begin_when_a_fault_ends_the_pause
             await home
         assert bench.controller.state.homed
         assert still_moving(bench) == 0.0
+
+
+@pytest.mark.parametrize("what", ["gripper", "output"])
+@pytest.mark.parametrize("end", ["resume", "stop"])
+async def test_gripper_and_outputs_wait_for_the_end_of_a_pause(what: str, end: str) -> None:
+    async with homed(parse({"controller": {"outputs": [2]}})) as bench:
+        await bench.controller.pause(ahead=True)
+        seen = len(bench.controller.events)
+        del bench.sent[:]
+        work = bench.controller.gripper(True) if what == "gripper" else bench.controller.output(2, on=True)
+        task = asyncio.create_task(work)
+        await elapse(20.0)
+        assert (kinds(bench, seen), bytes(bench.sent), task.done()) == ([], b"", False)
+        assert bench.controller.state.gripper_closed
+        if end == "resume":
+            await bench.controller.resume()
+            await task
+            assert kinds(bench)[-1] is (GripperOpened if what == "gripper" else OutputSet)
+        else:
+            await bench.controller.stop()
+            with pytest.raises(Stopped):
+                await task
+            assert not {GripperOpened, OutputSet} & set(kinds(bench, seen))
