@@ -8,8 +8,9 @@ stop or a fault, the press moves nothing any more, in no direction and at no spe
 renewed. Two connections may exchange the order of two requests: a client that numbers the presses of its keys moves
 nothing by a request that arrives after the end of its press.
 
-The queue waits: a job starts when the direct command has ended. A command is refused with `Busy` while a job or another
-command is running. Callers have passed the gate by `Operation.COMMAND`.
+The queue waits: a job starts when the direct command has ended, or the held key is released and the robot rests. A
+command is refused with `Busy` while a job or another command is running. Callers have passed the gate by
+`Operation.COMMAND`.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Callable, Coroutine
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from math import cos, hypot
 from typing import Any, NamedTuple, TypeVar
 
@@ -29,6 +30,7 @@ from maya_un.controller.protocol import Controller, OnVia
 from maya_un.errors import Busy, Cancelled, Faulted, InvalidValue, MachineError, MayaError, NotConnected, Stopped
 from maya_un.motion.path import Route
 from maya_un.process.process import Process
+from maya_un.process.queue.scheduler import Scheduler
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
@@ -101,11 +103,17 @@ _ENDS_PRESS = (Stopped, Faulted, NotConnected, MachineError)
 
 
 class HeldJogs:
-    """At most one held jog of a controller; it continues while it is renewed within `patience` [s, loop time]."""
+    """At most one held jog of a controller; it continues while it is renewed within `patience` [s, loop time].
 
-    def __init__(self, controller: Controller, patience: float = PATIENCE) -> None:
+    `turns` begins no job from the first motion of a press until the press is over and the robot rests.
+    """
+
+    def __init__(self, controller: Controller, patience: float = PATIENCE, turns: Scheduler | None = None) -> None:
         self._controller = controller
         self._patience = patience
+        self._turns = turns
+        self._aside = ExitStack()
+        self._is_aside = False
         self._key: _Key | None = None
         self._halted = False
         self._until = 0.0
@@ -176,11 +184,13 @@ class HeldJogs:
         self._brake()
         if self._task is not None:
             await asyncio.wait({self._task})
+        self._let_jobs_begin()
 
     def halt(self) -> None:
         """Start braking on the path; a key that is still held starts no new jog until it is released."""
         self._halted = True
         self._brake()
+        self._let_jobs_begin()
 
     def _is_over(self) -> bool:
         """Return whether the robot was stopped, or a fault came, since the held press began."""
@@ -199,6 +209,24 @@ class HeldJogs:
         if press not in self._ended:
             self._ended.append(press)
 
+    async def _jog(self, key: _Key) -> Jogged:
+        """Jog to the border of the workspace while no job begins; raises `Busy` while one runs."""
+        if self._turns is not None and not self._is_aside:
+            self._aside.enter_context(self._turns.aside("jog"))
+            self._is_aside = True
+        try:
+            return await self._controller.jog(key.along, key.direction * LONGEST, speed=key.speed, clip=True)
+        except Stopped:
+            if self._turns is not None:
+                self._turns.pause_by_itself("stop")
+            raise
+
+    def _let_jobs_begin(self) -> None:
+        """Let jobs begin again, unless a press goes on or the robot still moves for one."""
+        if self._is_aside and (self._key is None or self._is_over()) and (self._task is None or self._task.done()):
+            self._is_aside = False
+            self._aside.close()
+
     def _brake(self) -> None:
         if self._task is not None and not self._task.done() and not self._task.cancelling():
             self._task.cancel()
@@ -213,9 +241,9 @@ class HeldJogs:
                 return
             if asyncio.get_running_loop().time() > self._until:
                 return
-            jog = self._controller.jog(wanted.along, wanted.direction * LONGEST, speed=wanted.speed, clip=True)
-            self._task = asyncio.get_running_loop().create_task(jog, name="held jog")
+            self._task = asyncio.get_running_loop().create_task(self._jog(wanted), name="held jog")
             self._task.add_done_callback(_retrieved)
+            self._task.add_done_callback(lambda _: self._let_jobs_begin())
             self._moved = key
             # A refusal is raised before any waiting for motion.
             await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
@@ -256,6 +284,7 @@ class HeldJogs:
         else:
             self._end_press()
             self._brake()
+            self._let_jobs_begin()
 
 
 def _retrieved(task: asyncio.Task[Jogged]) -> None:

@@ -140,7 +140,7 @@ class Service:
         self._speed = speed
         self._parts = twin
         self._terminal = asyncio.Lock()
-        self._held = HeldJogs(controller, PATIENCE * max(1.0, speed))
+        self._held = HeldJogs(controller, PATIENCE * max(1.0, speed), process.turns)
         self.direct = DirectCommands(process, robot, controller, self._held.halt)
         shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
         self.entrance = shared
@@ -208,10 +208,17 @@ class Service:
         """Move along an axis (a, b, c; x, y, z, r of the gripper) by `distance` (rad or m) at `speed` (0 to 1).
 
         It moves as far as the workspace allows, decelerates before the border, and returns the distance; with `clip`
-        false, a longer distance is refused. Raises `Busy` while a job runs, and the errors of a motion.
+        false, a longer distance is refused. A job that becomes due waits. Raises `Busy` while a job runs, and the
+        errors of a motion.
         """
         self.require_free()
-        return await self._controller.jog(axis, distance, speed=speed, clip=clip)
+        turns = self._process.turns
+        with turns.aside("jog"):
+            try:
+                return await self._controller.jog(axis, distance, speed=speed, clip=clip)
+            except Stopped:
+                turns.pause_by_itself("stop")
+                raise
 
     async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> HeldJog:
         """Jog in `direction` (1 or -1) while this is called again at least twice a second; return at once.

@@ -115,6 +115,99 @@ async def test_a_step_of_a_paused_queue_is_refused_meanwhile() -> None:
         assert (await layers.service.wait(job.id)).state is TaskState.DONE
 
 
+async def waiting(layers: Stack) -> int:
+    """Submit a job, which must wait; return its number."""
+    job = await layers.service.command(Pick(CUBE), wait=False)
+    await elapse(0.2)
+    assert (await layers.service.job(job.id)).state is TaskState.QUEUED
+    return job.id
+
+
+async def test_due_job_waits_for_a_jog_and_then_begins() -> None:
+    async with robot() as layers:
+        task = asyncio.ensure_future(layers.service.jog("b", -0.1))
+        await elapse(0.5)
+        job = await waiting(layers)
+        assert not task.done()
+        await task
+        assert (await layers.service.wait(job)).state is TaskState.DONE
+
+
+@pytest.mark.parametrize("end", ["release", "expiry", "new press"])
+async def test_due_job_waits_for_a_held_jog_in_every_direction_and_then_begins(end: str) -> None:
+    async with robot() as layers:
+        await layers.service.jog_hold("b", 1, press="first")
+        await elapse(0.3)
+        await layers.service.jog_hold("b", 1, press="first")
+        job = await waiting(layers)
+        for _ in range(20):
+            assert (await layers.service.jog_hold("b", -1, press="first")).moving
+            await elapse(0.1)
+        if end == "new press":
+            assert (await layers.service.jog_hold("c", 1, press="second")).moving
+        assert (await layers.service.job(job)).state is TaskState.QUEUED
+        if end == "release":
+            await layers.service.jog_release("first")
+        assert (await layers.service.wait(job)).state is TaskState.DONE
+
+
+async def test_due_job_waits_while_a_key_is_held_at_the_border() -> None:
+    async with robot() as layers:
+        while (await layers.service.jog_hold("b", 1)).moving:
+            await elapse(0.2)
+        job = await waiting(layers)
+        await layers.service.jog_release()
+        assert (await layers.service.wait(job)).state is TaskState.DONE
+
+
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("past", [False, True])
+async def test_stop_of_a_jog_pauses_the_queue_and_the_jog_no_longer_keeps_it(*, held: bool, past: bool) -> None:
+    async with robot() as layers:
+        service = layers.service
+        task = None if held else asyncio.ensure_future(service.jog("b", -0.1))
+        if held:
+            await service.jog_hold("b", 1)
+        await elapse(0.2)
+        job = await waiting(layers)
+        if held:
+            assert (await service.jog_hold("b", 1)).moving
+        await (layers.controller.stop() if past else service.stop())
+        await elapse(5.0)
+        if task is not None:
+            with pytest.raises(Stopped):
+                await task
+        assert (await service.job(job)).state is TaskState.QUEUED
+        assert layers.controller.state.mode is Mode.IDLE
+        await service.queue.resume()
+        assert (await service.wait(job)).state is TaskState.DONE
+
+
+async def test_cancelled_jog_lets_jobs_begin() -> None:
+    async with robot() as layers:
+        task = asyncio.ensure_future(layers.service.jog("b", -0.1))
+        await elapse(0.5)
+        job = await waiting(layers)
+        task.cancel()
+        assert (await layers.service.wait(job)).state is TaskState.DONE
+        assert task.cancelled()
+
+
+async def test_jogs_refused_while_a_job_runs_let_the_next_one_begin() -> None:
+    async with robot() as layers:
+        job = await layers.service.command(Pick(CUBE), wait=False)
+        for jog in (
+            layers.service.jog("b", 0.1),
+            layers.service.jog_hold("b", 1),
+            layers.service.jog_vector((0, 0, 1)),
+        ):
+            with pytest.raises(Busy, match=f"job {job.id}"):
+                await jog
+        assert (await layers.service.wait(job.id)).state is TaskState.DONE
+        again = await layers.service.command(Home(), wait=True)
+        assert again.state is TaskState.DONE
+
+
 async def test_jogs_and_zones_do_not_wait_and_are_refused_meanwhile() -> None:
     async with robot() as layers:
         task = await begun(layers, REQUESTS["primitive"])
