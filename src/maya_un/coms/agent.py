@@ -26,7 +26,7 @@ from maya_un.coms.transport import (
     keep,
 )
 from maya_un.errors import InvalidMessage, InvalidRequest, KeyReused, MayaError, SessionTakenOver, WrongRobot
-from maya_un.steps.text import RobotIdentity, StepEnd, content_of, id_of, read
+from maya_un.steps.text import RobotIdentity, StepEnd, as_id, content_of, id_of, read
 
 LONGEST = 65_536
 """Maximum length of a command [bytes]; the agent refuses a longer one unread."""
@@ -140,7 +140,7 @@ class Agent:
         try:
             id_, data = self._understood(command)
         except MayaError as error:
-            self._refuse(command, command.id, error, {})
+            self._refuse(command, as_id(command.id), error, {})
             return
         known, content = self._pending.get(id_), _compared(data)
         if known is not None and known.content not in {"", content}:
@@ -170,11 +170,11 @@ class Agent:
             data = read(command.text.decode())
         except UnicodeDecodeError as error:
             raise InvalidMessage(name=phrase("the step"), reason="it is not UTF-8") from error
-        id_ = id_of(data)
+        if data.get("id") is None:
+            data["id"] = command.id
+        id_ = id_of(data)  # the robot reports no step under an invalid id, so the agent would wait for ever
         if id_ is None:
-            if command.id is None:
-                raise InvalidRequest(key="id", reason="it is missing; without one a command could run twice")
-            id_ = data["id"] = command.id
+            raise InvalidRequest(key="id", reason="it is missing; without one a command could run twice")
         if data.get("robot") is None:
             data["robot"] = self._name  # the robot itself refuses a step for another robot
         if "command" not in data and self._transport.default_command is not None:

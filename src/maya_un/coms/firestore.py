@@ -30,12 +30,12 @@ import httpx
 from dmc41x3.i18n import phrase
 from maya_un.coms.agent import LONGEST
 from maya_un.coms.database import NoToken, TokenSource, data_of, message_of, tls_context
-from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, as_id, beat_with, beside, leaving, robot_path
+from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, beat_with, beside, leaving, robot_path
 from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind, SupervisorChannel, SupervisorCommand
 from maya_un.errors import InvalidRequest, MayaError, SupervisorsNotReached
-from maya_un.steps.text import id_of
+from maya_un.steps.text import as_id, id_of
 
 LONGEST_DOCUMENT = 1 << 20
 """Maximum number of bytes read from an answer; Firestore itself stores no longer document."""

@@ -32,6 +32,7 @@ from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import InvalidValue, SessionTakenOver, SupervisorsNotReached
 from maya_un.http import dates
+from maya_un.steps.text import as_id
 
 VERSION = "maya/v1"
 
@@ -296,4 +297,4 @@ def correlation_id(message: aiomqtt.Message) -> str | None:
         text = found.decode() if isinstance(found, bytes) else ""
     except UnicodeDecodeError:
         return None
-    return text if text.isprintable() and text else None
+    return as_id(text)

@@ -32,7 +32,7 @@ from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import Report, ReportKind, SupervisorCommand
 from maya_un.errors import InvalidRequest, InvalidValue, MayaError, SessionTakenOver, SupervisorsNotReached
-from maya_un.steps.text import id_of
+from maya_un.steps.text import as_id, id_of
 
 HEARTBEAT = 10.0
 """Interval at which presence is written [s]."""
@@ -421,11 +421,4 @@ def _id(key: str, value: object) -> str | None:
     with suppress(InvalidRequest, ValueError):
         data = data_of(value.encode()) if isinstance(value, str) else value
         return (id_of(data) if isinstance(data, dict) else None) or as_id(key)
-    return None
-
-
-def as_id(key: str) -> str | None:
-    """Return a key as an id, None if it is no valid id."""
-    with suppress(InvalidRequest):
-        return id_of({"id": key})
     return None

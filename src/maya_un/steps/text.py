@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
@@ -192,3 +193,10 @@ def id_of(data: Mapping[str, Any]) -> str | None:
             key="id", reason=phrase("it must be text of 1 to {most} printable characters", most=LONGEST_ID)
         )
     return found
+
+
+def as_id(text: str | None) -> str | None:
+    """Return a text as an id, None if it is no valid id."""
+    with suppress(InvalidRequest):
+        return id_of({"id": text})
+    return None

@@ -143,6 +143,19 @@ def test_a_command_without_an_id_has_the_transports(tmp_path: Path) -> None:
     told(story, tmp_path)
 
 
+def test_an_invalid_id_of_the_transport_is_refused_and_blocks_nothing(tmp_path: Path) -> None:
+    async def story(robot: Robot, _: Agent, memory: Memory) -> None:
+        async with robot.bridge(), robot.rosbridge():
+            await memory.put("k" * 201, command(None))
+            (refused,) = await memory.results(1)
+            assert (refused.id, json.loads(refused.text)["code"]) == (None, str(InvalidRequest.code))
+            await memory.put("good", command("good"))
+            await memory.results(2)
+        assert robot.begun == ["home"]
+
+    told(story, tmp_path)
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [
