@@ -42,6 +42,9 @@ SESSION = 7 * 24 * 3600
 _KEEPALIVE = 5
 """Keepalive interval [s]; a silent connection ends after one and a half intervals."""
 
+_MOST_LEVELS = 200
+"""Maximum number of levels of a topic in mosquitto."""
+
 _PORTS = {"mqtt": 1883, "mqtts": 8883}
 
 
@@ -268,13 +271,13 @@ class _MqttChannel:
             await self._client.publish_checked(topic(self._robot, "results" if ended else "progress"), report.text)
             message = self._unacknowledged.pop(report.key, None) if ended and report.key is not None else None
             if message is not None:
+                self._client.acknowledge(message)  # first: a broker may end the connection because of the ResponseTopic
                 await self._answer(message, report)
-                self._client.acknowledge(message)
 
     async def _answer(self, message: aiomqtt.Message, report: Report) -> None:
-        """Publish a result at its command's ResponseTopic, but not on a robot's topic, where it could mislead."""
+        """Publish a result at its command's ResponseTopic."""
         where = getattr(message.properties, "ResponseTopic", None)
-        if where is None or where.startswith(f"{VERSION}/"):
+        if where is None or not _may_answer_at(where):
             return
         properties = Properties(PacketTypes.PUBLISH)
         correlation = getattr(message.properties, "CorrelationData", None)
@@ -282,6 +285,14 @@ class _MqttChannel:
             properties.CorrelationData = correlation
         with suppress(PublishRefused):  # the result is on the robot's own topic
             await self._client.publish_checked(where, report.text, properties)
+
+
+def _may_answer_at(where: str) -> bool:
+    """Return whether a result may have this ResponseTopic.
+
+    On a robot's topic it could mislead. At an empty topic, or one with too many levels, brokers end the connection.
+    """
+    return where != "" and where.count("/") < _MOST_LEVELS and not where.startswith(f"{VERSION}/")
 
 
 def _bytes(payload: object) -> bytes:

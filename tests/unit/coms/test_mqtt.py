@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import AsyncIterator
+from typing import cast
+
 import aiomqtt
 import pytest
 from paho.mqtt.packettypes import PacketTypes
 from paho.mqtt.properties import Properties
 
-from maya_un.coms.mqtt import correlation_id
+from maya_un.coms.mqtt import Broker, BrokerClient, _MqttChannel, correlation_id
+from maya_un.coms.transport import Report, ReportKind
+from maya_un.errors import SupervisorsNotReached
 
-COMMANDS = "maya/v1/MAYA/commands"
+COMMANDS, RESULTS = "maya/v1/MAYA/commands", "maya/v1/MAYA/results"
 
 
 def message(text: bytes = b'{"command": "home"}', **properties: object) -> aiomqtt.Message:
@@ -18,6 +23,54 @@ def message(text: bytes = b'{"command": "home"}', **properties: object) -> aiomq
     for name, value in properties.items():
         setattr(given, name, value)
     return aiomqtt.Message(COMMANDS, text, 1, False, 1, given)
+
+
+class Client:
+    """Delivers one message, and records what it publishes and acknowledges; a broker cuts it at the topics `cut`."""
+
+    def __init__(self, one: aiomqtt.Message, cut: str | None = None) -> None:
+        self.done: list[str] = []
+        self._one = one
+        self._cut = cut
+
+    @property
+    async def messages(self) -> AsyncIterator[aiomqtt.Message]:
+        yield self._one
+
+    async def publish_checked(self, where: str, text: str, properties: Properties | None = None) -> bool:
+        del text, properties
+        self.done.append(where)
+        if where == self._cut:
+            raise aiomqtt.MqttError("Unexpected disconnection")
+        return True
+
+    def acknowledge(self, one: aiomqtt.Message) -> None:
+        assert one is self._one
+        self.done.append("acknowledged")
+
+
+async def end(client: Client) -> None:
+    """Receive the command and send its result."""
+    channel = _MqttChannel(cast("BrokerClient", client), "MAYA", Broker("mqtt://lab"))
+    command = await channel.receive()
+    await channel.send(Report("1", ReportKind.RESULT, "{}", command.key))
+
+
+async def test_a_response_topic_that_cuts_the_link_does_not_cut_it_again() -> None:
+    client = Client(message(ResponseTopic="bad"), "bad")
+    with pytest.raises(SupervisorsNotReached):
+        await end(client)
+    assert client.done == [RESULTS, "acknowledged", "bad"]
+
+
+@pytest.mark.parametrize(
+    ("where", "answered"),
+    [("answers", True), ("a" + "/" * 199, True), ("a" + "/" * 200, False), ("", False), (COMMANDS, False)],
+)
+async def test_result_has_no_response_topic_at_which_a_broker_cuts(where: str, answered: bool) -> None:
+    client = Client(message(ResponseTopic=where))
+    await end(client)
+    assert client.done == [RESULTS, "acknowledged", *([where] if answered else [])]
 
 
 @pytest.mark.parametrize(
