@@ -39,6 +39,14 @@ VERSION = "maya/v1"
 SESSION = 7 * 24 * 3600
 """The broker stores messages for a disconnected client for this time [s]."""
 
+_LONGEST = 1 << 20
+"""The broker sends no longer message [bytes]. The longest result has 0.4 MB: it repeats names of its command, escaped.
+"""
+
+_MOST_AT_ONCE = 1000
+"""The broker sends at most this number of messages that are not acknowledged: the capacity of a robot's queue of steps.
+"""
+
 _KEEPALIVE = 5
 """Keepalive interval [s]; a silent connection ends after one and a half intervals."""
 
@@ -163,6 +171,8 @@ class Broker:
         shown = self.credentials
         properties = Properties(PacketTypes.CONNECT)
         properties.SessionExpiryInterval = session
+        properties.MaximumPacketSize = _LONGEST
+        properties.ReceiveMaximum = _MOST_AT_ONCE
         return BrokerClient(
             parts.hostname or "",
             parts.port or _PORTS[parts.scheme],

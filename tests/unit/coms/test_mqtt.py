@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from typing import cast
+from typing import Any, cast
 
 import aiomqtt
 import pytest
@@ -54,6 +54,13 @@ async def end(client: Client) -> None:
     channel = _MqttChannel(cast("BrokerClient", client), "MAYA", Broker("mqtt://lab"))
     command = await channel.receive()
     await channel.send(Report("1", ReportKind.RESULT, "{}", command.key))
+
+
+async def test_connection_limits_what_a_broker_sends(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = list[Any]()
+    monkeypatch.setattr(BrokerClient, "__init__", lambda _, *__, **options: asked.append(options["properties"]))
+    Broker("mqtt://lab")._client("name", None, 60)
+    assert (asked[0].MaximumPacketSize, asked[0].ReceiveMaximum) == (1 << 20, 1000)
 
 
 async def test_a_response_topic_that_cuts_the_link_does_not_cut_it_again() -> None:
