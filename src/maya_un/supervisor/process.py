@@ -250,8 +250,7 @@ class ProcessRecord:
 
     def _append(self, line: dict[str, Any]) -> None:
         try:
-            os.write(self._descriptor, json.dumps(line).encode() + b"\n")
-            os.fsync(self._descriptor)
+            _write_line(self._descriptor, line)
         except OSError as error:
             raise unwritable(self._path, error) from error
         self.apply(line)
@@ -290,8 +289,7 @@ def recorded(path: Path, process: FleetProcess, *, again: bool = False) -> Itera
         lines = _lines(descriptor, path)
         head = {"process": process.name, "digest": process.digest}
         if not lines:
-            os.write(descriptor, json.dumps(head).encode() + b"\n")
-            os.fsync(descriptor)
+            _write_line(descriptor, head)
             sync_folder(path.parent)
         elif lines[0].get("digest") != process.digest:
             raise ProcessChanged(path=path)
@@ -301,6 +299,18 @@ def recorded(path: Path, process: FleetProcess, *, again: bool = False) -> Itera
         raise unwritable(path, error) from error
     finally:
         os.close(descriptor)
+
+
+def _write_line(descriptor: int, line: Mapping[str, Any]) -> None:
+    """Append a line and flush it to the disk; if that fails, remove the line again and raise `OSError`."""
+    data, length = json.dumps(line).encode() + b"\n", os.fstat(descriptor).st_size
+    try:
+        while data:  # a nearly full disk takes only a part
+            data = data[os.write(descriptor, data) :]
+        os.fsync(descriptor)
+    except OSError:
+        os.ftruncate(descriptor, length)
+        raise
 
 
 def _lock(descriptor: int, path: Path) -> None:

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 from typing import cast
 
 import pytest
 
-from maya_un.errors import DecisionNeeded, FileUnreadable, ProcessAborted, ProcessChanged, StorageInUse
+from maya_un.errors import DecisionNeeded, FileUnreadable, FileUnwritable, ProcessAborted, ProcessChanged, StorageInUse
 from maya_un.steps.text import StepEnd
 from maya_un.supervisor.lab import Supervisor
 from maya_un.supervisor.process import (
@@ -51,6 +53,47 @@ def test_record_is_intact_after_any_end(tmp_path: Path) -> None:
         record.ended("b", FAILED)
         record.decided("b", FailureDecision.SKIP)
         assert record.finished
+
+
+class Disk:
+    """A disk with space for a number of bytes: it takes a part of a write, then it is full."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.free = 0
+        self._write = os.write
+        monkeypatch.setattr("maya_un.supervisor.process.os.write", self.write)
+
+    def write(self, descriptor: int, data: bytes) -> int:
+        if not self.free:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        taken = self._write(descriptor, data[: self.free])
+        self.free -= taken
+        return taken
+
+
+def test_line_that_does_not_fit_on_the_disk_is_not_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "state"
+    with recorded(path, PROCESS) as record:
+        whole = path.read_bytes()
+        disk = Disk(monkeypatch)
+        disk.free = 40
+        with pytest.raises(FileUnwritable):
+            record.sent("a", "1", "text 1")
+        assert record.entries["a"].state is ProcessStepState.WAITING
+        assert path.read_bytes() == whole
+        disk.free = 10_000
+        record.sent("a", "2", "text 2")
+    with recorded(path, PROCESS) as record:
+        assert record.entries["a"].id == "2"
+
+
+def test_line_that_the_disk_takes_in_parts_is_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, write = tmp_path / "state", os.write
+    monkeypatch.setattr("maya_un.supervisor.process.os.write", lambda descriptor, data: write(descriptor, data[:7]))
+    with recorded(path, PROCESS) as record:
+        record.sent("a", "1", "text 1")
+    with recorded(path, PROCESS) as record:
+        assert (record.entries["a"].id, record.entries["a"].text) == ("1", "text 1")
 
 
 def test_aborted_process_stays_aborted_until_a_restart(tmp_path: Path) -> None:
