@@ -16,7 +16,7 @@ The record on disk has one line of JSON for each event, appended before the even
     {"step": "fetch", "result": {"id": "5b0c…", "success": true, …}}
     {"step": "give", "decision": "retry"}                   or skip; {"decision": "abort"}
 
-A line that a crash left unfinished is dropped.
+A line that a crash left unfinished is dropped. A file with another first line is not a record and stays unchanged.
 
 The runner sends a step when the steps before it are done and its robot has no other step of the process. A failed step
 blocks only the steps after it. When no other step can run, `run` ends and a person decides; then another run continues.
@@ -31,7 +31,7 @@ import fcntl
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from graphlib import CycleError, TopologicalSorter
@@ -282,23 +282,36 @@ def recorded(path: Path, process: FleetProcess, *, again: bool = False) -> Itera
     """
     descriptor = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
     try:
-        _lock(descriptor, path)
-        if again:
-            os.ftruncate(descriptor, 0)
-        record = ProcessRecord(descriptor, path, process)
-        lines = _lines(descriptor, path)
-        head = {"process": process.name, "digest": process.digest}
-        if not lines:
-            _write_line(descriptor, head)
-            sync_folder(path.parent)
-        elif lines[0].get("digest") != process.digest:
-            raise ProcessChanged(path=path)
-        _replay(record, lines[1:], path)
+        try:
+            record = _opened(descriptor, path, process, again=again)
+        except OSError as error:
+            raise unwritable(path, error) from error
         yield record
-    except OSError as error:
-        raise unwritable(path, error) from error
     finally:
         os.close(descriptor)
+
+
+def _opened(descriptor: int, path: Path, process: FleetProcess, *, again: bool) -> ProcessRecord:
+    """Return the record in an open file; a file that is not a record stays unchanged. Raises as `recorded` does."""
+    _lock(descriptor, path)
+    record = ProcessRecord(descriptor, path, process)
+    data, head = _content(descriptor), {"process": process.name, "digest": process.digest}
+    is_new = json.dumps(head).encode().startswith(data)  # it is empty, or a crash left the first line unfinished
+    if not is_new:
+        _require_head(data, path)
+    if is_new or again:
+        os.ftruncate(descriptor, 0)
+        _write_line(descriptor, head)
+        sync_folder(path.parent)
+        return record
+    whole = data[: data.rfind(b"\n") + 1]
+    first, *lines = (_parsed(line, path) for line in whole.splitlines())
+    if first["digest"] != process.digest:
+        raise ProcessChanged(path=path)
+    _replay(record, lines, path)
+    if len(whole) != len(data):
+        os.ftruncate(descriptor, len(whole))
+    return record
 
 
 def _write_line(descriptor: int, line: Mapping[str, Any]) -> None:
@@ -320,21 +333,26 @@ def _lock(descriptor: int, path: Path) -> None:
         raise StorageInUse(path=path, pid="?") from error
 
 
-def _lines(descriptor: int, path: Path) -> list[dict[str, Any]]:
-    """Return the lines as data; remove an incomplete last line."""
+def _content(descriptor: int) -> bytes:
     with os.fdopen(os.dup(descriptor), "rb") as file:
         file.seek(0)
-        data = file.read()
-    whole = data[: data.rfind(b"\n") + 1]
-    if len(whole) != len(data):
-        os.ftruncate(descriptor, len(whole))
-    try:
-        lines = [json.loads(line) for line in whole.splitlines()]
-    except ValueError as error:
-        raise FileUnreadable(path=path, reason="it is not the state of a process") from error
-    if not all(isinstance(line, dict) for line in lines):
+        return file.read()
+
+
+def _require_head(data: bytes, path: Path) -> None:
+    """Raise `FileUnreadable` if the first line of a file is not that of a record."""
+    line, end, _ = data.partition(b"\n")
+    if not end or not {"process", "digest"} <= _parsed(line, path).keys():
         raise FileUnreadable(path=path, reason="it is not the state of a process")
-    return lines
+
+
+def _parsed(line: bytes, path: Path) -> dict[str, Any]:
+    """Return a line as data; raises `FileUnreadable` if it is not a JSON object."""
+    with suppress(ValueError, RecursionError):
+        found = json.loads(line)
+        if isinstance(found, dict):
+            return found
+    raise FileUnreadable(path=path, reason="it is not the state of a process")
 
 
 def _replay(record: ProcessRecord, lines: list[dict[str, Any]], path: Path) -> None:

@@ -132,10 +132,44 @@ def test_a_record_belongs_to_its_process_and_to_one_program(tmp_path: Path) -> N
 OF_NO_STEP = f'{{"digest": "{PROCESS.digest}"}}\n{{"step": "z"}}\n'
 
 
-@pytest.mark.parametrize("text", ["hello\n", "[1]\n", "7\n", OF_NO_STEP])
-def test_invalid_record_file_is_unchanged(tmp_path: Path, text: str) -> None:
+FOREIGN = [
+    "hello\n", "[1]\n", "7\n", "\n", '{"process": "p"}\n', '{"steps": []}', "steps:\n- {id: a}\n- {id: b}", "[" * 9000,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("again", [False, True])
+@pytest.mark.parametrize("text", [*FOREIGN, OF_NO_STEP])
+def test_invalid_record_file_is_unchanged(tmp_path: Path, text: str, again: bool) -> None:
     path = tmp_path / "state"
     path.write_text(text)
-    with pytest.raises((FileUnreadable, ProcessChanged)), recorded(path, PROCESS):
+    with pytest.raises((FileUnreadable, ProcessChanged)), recorded(path, PROCESS, again=again):
         pass
     assert path.read_text() == text
+
+
+def test_record_of_another_process_is_unchanged_until_a_restart(tmp_path: Path) -> None:
+    path, text = tmp_path / "state", '{"process": "p", "digest": "other"}\n{"step": "a", "se'
+    path.write_text(text)
+    with pytest.raises(ProcessChanged), recorded(path, PROCESS):
+        pass
+    assert path.read_text() == text
+    with recorded(path, PROCESS, again=True) as record:
+        assert record.entries["a"].state is ProcessStepState.WAITING
+    assert path.read_text() == f'{{"process": "p", "digest": "{PROCESS.digest}"}}\n'
+
+
+@pytest.mark.parametrize("length", [0, 1, 20, 100])
+def test_record_begins_again_if_a_crash_left_its_first_line_unfinished(tmp_path: Path, length: int) -> None:
+    path = tmp_path / "state"
+    with recorded(path, PROCESS):
+        pass
+    head = path.read_text()
+    path.write_text(head[:length].removesuffix("\n"))
+    with recorded(path, PROCESS):
+        pass
+    assert path.read_text() == head
+
+
+def test_error_of_the_block_is_not_one_of_the_record(tmp_path: Path) -> None:
+    with pytest.raises(BrokenPipeError), recorded(tmp_path / "state", PROCESS):
+        raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
