@@ -233,7 +233,7 @@ class _RtdbChannel:
             await self._read_keys()
             return
         if event.name == "patch":
-            for name, child in _children(value).items():
+            for name, child in _entries(value).items():  # null removes a child
                 self._put((*path, *_parts(name)), child)
         else:
             self._put(path, value)
@@ -388,10 +388,15 @@ def _parts(path: str) -> tuple[str, ...]:
 
 
 def _children(value: object) -> dict[str, Any]:
-    """Return the children of a value by their keys; the database sends keys 0, 1, … as an array."""
+    """Return the children of a value by their keys."""
+    return {key: child for key, child in _entries(value).items() if child is not None}
+
+
+def _entries(value: object) -> dict[str, Any]:
+    """Return the entries of an object, also those with null; the database sends keys 0, 1, … as an array."""
     if isinstance(value, list):
-        value = {str(index): child for index, child in enumerate(value)}
-    return {key: child for key, child in value.items() if child is not None} if isinstance(value, dict) else {}
+        return {str(index): child for index, child in enumerate(value)}
+    return value if isinstance(value, dict) else {}
 
 
 def _order(key: str) -> tuple[bool, int, str]:

@@ -247,6 +247,23 @@ def test_command_removed_before_its_turn_is_not_delivered(database: RealtimeData
     run_story(story, Rtdb(database.url))
 
 
+def test_commands_that_one_update_removes_are_closed(database: RealtimeDatabase) -> None:
+    async def story(channel: SupervisorChannel) -> None:
+        for key in "ab":
+            put(database, key, home(key))
+        await channel.receive()
+        async with httpx.AsyncClient() as lab:
+            answer = await lab.patch(f"{database.url}/{ROBOT}/commands.json", json={"a": None, "b": None})
+        answer.raise_for_status()
+        put(database, "c", home("c"))
+        assert (await channel.receive()).key == "c"
+        put(database, "a", home("another"))
+        again = await channel.receive()
+        assert (again.key, json.loads(again.text)) == ("a", home("another"))
+
+    run_story(story, Rtdb(database.url))
+
+
 def test_commands_that_are_removed_together_get_no_result(database: RealtimeDatabase) -> None:
     async def story(channel: SupervisorChannel) -> None:
         put(database, "a", home("a"))
