@@ -309,6 +309,25 @@ def test_a_result_survives_the_loss_of_either_side(tmp_path: Path) -> None:
     told(story, tmp_path)
 
 
+def test_running_step_does_not_block_others_after_a_lost_link(tmp_path: Path) -> None:
+    async def story(robot: Robot, agent: Agent, memory: Memory) -> None:
+        robot.go.clear()
+        async with robot.bridge():
+            async with robot.rosbridge():
+                await memory.put("k1", command("1"))
+                await until(lambda: agent.status()["steps"] == {"1": "executing"})
+            await until(lambda: not agent.status()["robot"]["connected"])
+            async with robot.rosbridge():
+                await memory.put("k2", command("2", "can_teleop"))
+                await until(lambda: agent.status()["steps"] == {"1": "executing", "2": "accepted"})
+                assert agent.status()["robot"]["connected"]
+                robot.go.set()
+                await memory.results(2)
+        assert robot.begun == ["home", "can_teleop"]
+
+    told(story, tmp_path)
+
+
 class Late(Memory):
     """After a reconnect, delivers commands only while it takes a result of which it knows no command."""
 

@@ -103,6 +103,7 @@ class Steps:
         self._admission = asyncio.Lock()
         self._order = asyncio.Lock()
         self._waiting: dict[str, asyncio.Task[StepEnd]] = {}
+        self._latest: dict[str, StepProgress] = {}  # of the steps in `_waiting`
         self._doing: asyncio.Task[GoalResult] | None = None
         self._halts = 0
         self._quiet = quiet
@@ -170,7 +171,7 @@ class Steps:
             if kept is not None:
                 if kept.digest != step.digest:
                     raise KeyReused(key=step.id)
-                return kept.result or self._waiting.get(step.id) or await self._interrupted(kept)
+                return kept.result or self._under_way(step.id) or await self._interrupted(kept)
             try:
                 self._check(step)
             except MayaError as error:
@@ -180,9 +181,26 @@ class Steps:
             work = self._carry_out(step, date, halts, begins=begins)
             task = asyncio.get_running_loop().create_task(work, name=f"step {step.id}")
             self._waiting[step.id] = task
-            task.add_done_callback(lambda _: self._waiting.pop(step.id))
-            self._report(StepProgress(step.id, StepState.ACCEPTED, date))
+            task.add_done_callback(lambda _: self._forget(step.id))
+            self._tell(StepProgress(step.id, StepState.ACCEPTED, date))
             return task
+
+    def _under_way(self, id_: str) -> asyncio.Task[StepEnd] | None:
+        """Return the task of a step that waits or runs, None for another one.
+
+        Its latest report is repeated: who sends a command again may have missed it, and sends no other one before.
+        """
+        task = self._waiting.get(id_)
+        if task is not None:
+            self._report(self._latest[id_])
+        return task
+
+    def _tell(self, progress: StepProgress) -> None:
+        self._latest[progress.id] = progress
+        self._report(progress)
+
+    def _forget(self, id_: str) -> None:
+        del self._waiting[id_], self._latest[id_]
 
     async def _refused(self, step: StepCommand, error: MayaError, date: str) -> StepEnd:
         """Store a refusal as a result, so that the same command does not run later when the reason has gone."""
@@ -235,7 +253,7 @@ class Steps:
             await self._store.begin(step.id, date)
         if halts != self._halts:
             raise StepNotBegun
-        self._report(StepProgress(step.id, StepState.EXECUTING, date))
+        self._tell(StepProgress(step.id, StepState.EXECUTING, date))
         self._doing = asyncio.get_running_loop().create_task(self._task(step), name="step's task")
         try:
             await asyncio.wait({self._doing})

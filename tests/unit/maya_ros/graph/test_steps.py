@@ -123,6 +123,22 @@ async def test_the_same_while_it_is_under_way_waits_for_its_result(tmp_path: Pat
     assert len(robot.begun) == 1
 
 
+async def test_repeated_command_of_a_step_without_a_result_repeats_its_latest_report(tmp_path: Path) -> None:
+    robot, progress = Robot(), list[tuple[str, str, str]]()
+    async with steps_in(tmp_path, robot, progress) as steps:
+        answers = [asyncio.create_task(steps.answer(command(id_))) for id_ in "12"]
+        await elapse(0.5)
+        progress.clear()
+        answers += [asyncio.create_task(steps.answer(command(id_))) for id_ in "12"]
+        await elapse(0.2)
+        assert progress == [("1", "executing", "0.0"), ("2", "accepted", "0.0")]
+        await asyncio.gather(*answers)
+        progress.clear()
+        await steps.answer(command("1"))
+        assert progress == []
+    assert len(robot.begun) == 2
+
+
 async def test_an_id_with_other_content_is_refused(tmp_path: Path) -> None:
     robot = Robot()
     async with steps_in(tmp_path, robot) as steps:
