@@ -53,6 +53,9 @@ from maya_un.steps.text import (
 MOST_WAITING = 1000
 """Largest number of waiting steps; further ones are refused."""
 
+_MOST_UNSTORED = 1000
+"""Largest number of refusals that are remembered although they could not be stored."""
+
 _LOOK = 0.5
 """Period of the check for subscribers to results [s]."""
 
@@ -104,6 +107,7 @@ class Steps:
         self._order = asyncio.Lock()
         self._waiting: dict[str, asyncio.Task[StepEnd]] = {}
         self._latest: dict[str, StepProgress] = {}  # of the steps in `_waiting`
+        self._unstored: dict[str, StoredStep] = {}
         self._doing: asyncio.Task[GoalResult] | None = None
         self._halts = 0
         self._quiet = quiet
@@ -126,7 +130,10 @@ class Steps:
                 id_, warnings = f"maya-{uuid4().hex}", (_NAMELESS,)
             step = await self._step_of(data, id_)
             step = replace(step, warnings=(*warnings, *step.warnings))
-            answer = await self._admitted(step, date)
+            try:
+                answer = await self._admitted(step, date)
+            except StorageFailed as error:
+                return self._not_stored(step, StepEnd.refused(id_, error, date, step.warnings))
         except MayaError as error:
             content = content_of(data) if isinstance(error, KeyReused) else None
             return StepEnd.refused(id_, error, date, warnings, content)
@@ -137,9 +144,22 @@ class Steps:
         try:
             return step_of(data, id_)
         except MayaError as error:
-            if await self._store.find(id_) is not None:
+            if await self._known(id_) is not None:
                 raise KeyReused(key=id_) from error
             raise
+
+    async def _known(self, id_: str) -> StoredStep | None:
+        """Return the step with an id, None if it is unknown."""
+        return await self._store.find(id_) or self._unstored.get(id_)
+
+    def _not_stored(self, step: StepCommand, result: StepEnd) -> StepEnd:
+        """Remember and return the refusal of a step that could not be stored: the same command does not run later."""
+        self._unstored[step.id] = StoredStep(
+            step.id, step.digest, result.started, step.warnings, result, told=True, begun=None
+        )
+        if len(self._unstored) > _MOST_UNSTORED:
+            del self._unstored[next(iter(self._unstored))]
+        return result
 
     async def told(self, result: StepEnd) -> None:
         """Store that a client received a result; if the store fails, the next run sends the result again."""
@@ -167,7 +187,7 @@ class Steps:
     async def _admitted(self, step: StepCommand, date: str) -> StepEnd | asyncio.Task[StepEnd]:
         """Accept a step, or return its known result; raises the `MayaError` that refuses it."""
         async with self._admission:
-            kept = await self._store.find(step.id)
+            kept = await self._known(step.id)
             if kept is not None:
                 if kept.digest != step.digest:
                     raise KeyReused(key=step.id)

@@ -26,6 +26,7 @@ from maya_un.errors import (
     StepNotBegun,
     StepOfOtherRobot,
     StorageDamaged,
+    StorageFailed,
     StorageInUse,
     StorageTooNew,
 )
@@ -449,6 +450,47 @@ async def test_a_refusal_is_final_also_when_its_reason_has_gone(later: str, tmp_
     assert len(robot.begun) == 1
     await steps.close()
     await store.close()
+
+
+async def _full(*_: object, **__: object) -> None:
+    raise StorageFailed(reason="the disk is full")
+
+
+@pytest.mark.parametrize("method", ["accept", "refuse", "find"])
+async def test_a_refusal_that_cannot_be_stored_is_final_too(
+    method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot()
+    other = json.dumps(json.loads(command("1")) | {"robot": "MAYA2"})
+    async with steps_in(tmp_path, robot) as steps:
+        with monkeypatch.context() as full:
+            full.setattr(StepStore, method, _full)
+            first = await steps.answer(other if method == "refuse" else command("1"))
+        assert first.code == str(StorageFailed.code)
+        assert await steps.answer(command("1")) == first
+        assert (await steps.answer(command("1", "can_teleop"))).code == str(KeyReused.code)
+        assert (await steps.answer(command("1", "dance"))).code == str(KeyReused.code)
+        assert robot.begun == []
+        assert (await steps.answer(command("2"))).error is None
+        monkeypatch.setattr(StepStore, "accept", _full)
+        for number in range(1000):
+            await steps.answer(command(f"more {number}"))
+        monkeypatch.undo()
+        assert (await steps.answer(command("1"))).error is None, "it is forgotten after 1000 others"
+
+
+async def test_a_step_under_way_is_known_although_its_journal_could_not_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot()
+    async with steps_in(tmp_path, robot) as steps:
+        running = asyncio.create_task(steps.answer(command("1")))
+        await elapse(0.5)
+        with monkeypatch.context() as full:
+            full.setattr(StepStore, "find", _full)
+            assert (await steps.answer(command("1"))).code == str(StorageFailed.code)
+        assert await steps.answer(command("1")) == await running
+    assert len(robot.begun) == 1
 
 
 async def test_a_journal_keeps_its_name_and_no_other_has_it(tmp_path: Path) -> None:
