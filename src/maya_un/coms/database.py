@@ -342,7 +342,7 @@ class Database:
                     return answer
                 await answer.aclose()
                 url = self._redirected(url, answer.headers["location"])
-        except (httpx.HTTPError, httpx.InvalidURL, NoToken) as error:
+        except (httpx.HTTPError, httpx.InvalidURL, UnicodeError, NoToken) as error:
             self._fail(error)
         raise SupervisorsNotReached(
             where=self.where, reason=phrase("it redirects more than {most} times", most=_MOST_REDIRECTS)
@@ -363,7 +363,7 @@ class Database:
             status=answer.status_code,
             message=message_of(await self._start_of(answer)),
         )
-        raise SupervisorsNotReached(where=self.where, reason=self._plain(reason))
+        raise SupervisorsNotReached(where=self.where, reason=masked(reason, self._credentials.secrets))
 
     async def _start_of(self, answer: httpx.Response, most: int = _MOST_READ) -> bytes:
         """Return the first bytes of an answer. Reading it to the end lets its connection serve the next request."""
@@ -377,12 +377,17 @@ class Database:
     def _fail(self, error: Exception) -> NoReturn:
         """Raise `SupervisorsNotReached` for a request without an answer; secrets in the text of `error` are masked."""
         reason = phrase("it does not answer in time") if isinstance(error, httpx.TimeoutException) else str(error)
-        raise SupervisorsNotReached(where=self.where, reason=self._plain(reason or type(error).__name__)) from None
+        plain = masked(reason or type(error).__name__, self._credentials.secrets)
+        raise SupervisorsNotReached(where=self.where, reason=plain) from None
 
-    def _plain(self, text: str) -> str:
-        for secret in self._credentials.secrets:
-            text = text.replace(secret, "***")
-        return text
+
+def masked(text: str, secrets: Collection[str]) -> str:
+    """Return a text without secrets in any form in which a message shows them: plain, in a URL, or escaped."""
+    forms = {form for secret in secrets for form in (secret, secret.strip(), quote(secret, safe="", errors="replace"))}
+    forms |= {repr(form)[1:-1] for form in forms} | {repr(form.encode(errors="replace"))[2:-1] for form in forms}
+    for form in sorted(forms - {""}, key=len, reverse=True):
+        text = text.replace(form, "***")
+    return text
 
 
 def data_of(text: bytes) -> Any:

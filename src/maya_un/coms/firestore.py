@@ -29,7 +29,7 @@ import httpx
 
 from dmc41x3.i18n import phrase
 from maya_un.coms.agent import LONGEST
-from maya_un.coms.database import NoToken, TokenSource, data_of, message_of, tls_context
+from maya_un.coms.database import NoToken, TokenSource, data_of, masked, message_of, tls_context
 from maya_un.coms.rtdb import HEARTBEAT, MOST_AT_ONCE, Rtdb, beat_with, beside, leaving, robot_path
 from maya_un.coms.session import SessionClaims, SupervisorSession
 from maya_un.coms.settings import where_of
@@ -150,9 +150,7 @@ class Documents:
 
     def error(self, reason: str) -> SupervisorsNotReached:
         """Return the error for a reason; credentials in the reason are masked."""
-        for secret in self._tokens.secrets:
-            reason = reason.replace(secret, "***")
-        return SupervisorsNotReached(where=self.where, reason=reason)
+        return SupervisorsNotReached(where=self.where, reason=masked(reason, self._tokens.secrets))
 
     def _name(self, path: Path) -> str:
         return "/".join((self._root, *path))
@@ -188,11 +186,14 @@ class Documents:
                 await answer.aclose()
 
     async def _sent(self, method: str, path: str, body: object) -> httpx.Response:
-        token = await self._tokens.token(self._http)
         content = None if body is None else json.dumps(body)
-        headers = {"Content-Type": "application/json"} | ({"Authorization": f"Bearer {token}"} if token else {})
-        request = self._http.build_request(method, self._base + path, content=content, headers=headers)
-        return await self._http.send(request, stream=True)
+        try:
+            token = await self._tokens.token(self._http)
+            headers = {"Content-Type": "application/json"} | ({"Authorization": f"Bearer {token}"} if token else {})
+            request = self._http.build_request(method, self._base + path, content=content, headers=headers)
+            return await self._http.send(request, stream=True)
+        except (httpx.InvalidURL, UnicodeError) as error:
+            raise self.error(str(error)) from None
 
     async def _read(self, answer: httpx.Response, longest: int = LONGEST_DOCUMENT) -> Any:
         """Return an answer as data; raises `ValueError` if it is longer than `longest` bytes or not JSON."""

@@ -163,7 +163,7 @@ class Broker:
         """Convert errors of the connection into `SupervisorsNotReached`."""
         try:
             yield
-        except aiomqtt.MqttError as error:
+        except (aiomqtt.MqttError, UnicodeError) as error:  # a host, user or password that cannot be encoded
             raise SupervisorsNotReached(where=self.where, reason=str(error)) from error
 
     def _client(self, identifier: str, will: aiomqtt.Will | None, session: int) -> BrokerClient:

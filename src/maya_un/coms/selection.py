@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from dmc41x3.i18n import phrase
-from maya_un.coms.settings import AgentSettings, where_of
+from maya_un.coms.settings import AgentSettings, plain_token, where_of
 from maya_un.coms.transport import SupervisorTransport
 from maya_un.errors import InvalidValue
 
@@ -58,17 +58,18 @@ def _tokens_of(settings: AgentSettings) -> TokenSource:
     from maya_un.coms.database import FirebaseUser, FixedToken  # noqa: PLC0415
 
     if not settings.user:
-        return FixedToken(settings.password)
+        return FixedToken(plain_token("MAYA_COMS_PASSWORD", settings.password))
     if not settings.api_key:
         reason = phrase("MAYA_COMS_USER needs the API key of the Firebase project to sign in")
         raise InvalidValue(key="MAYA_COMS_API_KEY", value="", reason=reason)
-    return FirebaseUser(settings.user, settings.password, settings.api_key)
+    return FirebaseUser(settings.user, settings.password, plain_token("MAYA_COMS_API_KEY", settings.api_key))
 
 
 def _scheme(url: str) -> str:
-    """Return the scheme of a URL with a host, "" for anything else."""
+    """Return the scheme of a URL with a valid host, "" for anything else."""
     try:
         parts = urlsplit(url)
-        return parts.scheme if parts.hostname and parts.port != 0 else ""
+        is_host = bool((parts.hostname or "").encode("idna"))  # it raises for an empty label or one that is too long
+        return parts.scheme if is_host and parts.port != 0 else ""
     except ValueError:
         return ""

@@ -6,7 +6,7 @@ import asyncio
 import signal
 import socket
 from collections.abc import Awaitable, Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any
 
 import uvicorn
@@ -18,7 +18,7 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from maya_un.coms.agent import Agent
-from maya_un.errors import InvalidRequest, MayaError
+from maya_un.errors import InternalError, InvalidRequest, MayaError
 from maya_un.http.origins import OriginPolicy
 
 _EDGE = OriginPolicy()
@@ -36,28 +36,38 @@ class AgentSwitch:
         self._password_in_clear = password_in_clear
         self._agent: Agent | None = None
         self._running: asyncio.Task[None] | None = None
+        self._failure: MayaError | None = None
 
     def connect(self) -> None:
         """Connect, unless an agent is running. Raises the `MayaError` that prevented the making of the agent."""
         if self._running is None or self._running.done():
-            self._agent = self._made()
+            self._agent, self._failure = self._made(), None
             self._running = asyncio.get_running_loop().create_task(self._agent.run(), name="agent")
+            self._running.add_done_callback(self._note_end)
+
+    def _note_end(self, running: asyncio.Task[None]) -> None:
+        """Record and log the error that ended the agent; only a defect of this program ends it."""
+        error = None if running.cancelled() else running.exception()
+        if error is not None:
+            self._failure = InternalError(reason=_kind(error))  # its text could contain a credential
+            running.get_loop().call_exception_handler({"message": "the agent ended", "exception": error})
 
     async def disconnect(self) -> None:
         """Disconnect; the current step continues, and its result is sent after the next connect."""
         running, self._running, self._agent = self._running, None, None
         if running is not None:
             running.cancel()
-            with suppress(asyncio.CancelledError):
-                await running
+            await asyncio.gather(running, return_exceptions=True)
 
     def status(self) -> dict[str, Any]:
         """Return the state, as JSON data."""
         if self._agent is None or self._running is None:
             return {"state": "idle", "name": self._name}
-        status = self._agent.status()
+        status: dict[str, Any] = {**self._agent.status(), "password_in_clear": self._password_in_clear}
+        if self._failure is not None:
+            return {"state": "failed", **_failed(status, self._failure)}
         both = status["robot"]["connected"] and status["supervisors"]["connected"]
-        return {"state": "connected" if both else "connecting", **status, "password_in_clear": self._password_in_clear}
+        return {"state": "connected" if both else "connecting", **status}
 
 
 class _AgentServer(uvicorn.Server):
@@ -114,6 +124,20 @@ async def _from_here(request: Request, answer: Callable[[Request], Awaitable[Res
     """Refuse requests of web pages of other origins, which a browser on this computer could show."""
     refusal = _EDGE.refusal(request.headers)
     return await answer(request) if refusal is None else _problem(refusal)
+
+
+def _failed(status: dict[str, Any], failure: MayaError) -> dict[str, Any]:
+    """Return the state of an agent that has ended: it has no connection, and waits for nothing."""
+    ended = {"connected": False, "waits_for": None, "code": None}
+    why = ended | {"waits_for": str(failure), "code": failure.code}
+    return status | {"robot": status["robot"] | ended, "supervisors": status["supervisors"] | why}
+
+
+def _kind(error: BaseException) -> str:
+    """Return the kind of an error; of a group, that of its first error."""
+    while isinstance(error, BaseExceptionGroup):
+        error = error.exceptions[0]
+    return type(error).__name__
 
 
 def _problem(error: MayaError) -> Response:

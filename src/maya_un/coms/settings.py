@@ -79,6 +79,14 @@ def password_warning(settings: AgentSettings) -> str | None:
     return f"The password goes to {where} without encryption. Anyone on the network can read it: use mqtts://."
 
 
+def plain_token(key: str, text: str) -> str:
+    """Return a token without blanks around it; raises `InvalidValue` for one that no header can hold."""
+    token = text.strip()
+    if token.isascii() and token.isprintable():
+        return token
+    raise InvalidValue(key=key, value="***", reason="it must be printable ASCII, without spaces around it")
+
+
 def where_of(url: str) -> str:
     """Return a URL without user, password, query and fragment; "" for an invalid URL."""
     try:

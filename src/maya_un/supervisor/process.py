@@ -55,9 +55,10 @@ from maya_un.errors import (
 from maya_un.process.spec.documents import read_document
 from maya_un.steps.text import StepEnd, StepProgress
 from maya_un.supervisor.lab import DEADLINE, Supervisor
-from maya_un.supervisor.step import Step, check, command_text, result_of
+from maya_un.supervisor.step import LONGEST_DEADLINE, Step, check, command_text, result_of, shown
 
-_LONGEST_DEADLINE = 7 * 24 * 3600.0
+_LONGEST_TEXT = 64
+"""Maximum length of a name or id [characters]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,24 +158,26 @@ def _mapping(data: object, key: str, needed: set[str], optional: set[str]) -> Ma
             raise InvalidProcess(
                 key=key,
                 reason=phrase(
-                    "{name!r} is not known; there are {names}", name=name, names=", ".join(sorted(needed | optional))
+                    "{name!r} is not known; there are {names}",
+                    name=shown(name),
+                    names=", ".join(sorted(needed | optional)),
                 ),
             )
     return data
 
 
 def _text(value: object, key: str) -> str:
-    if isinstance(value, int) and not isinstance(value, bool):
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) < 10**_LONGEST_TEXT:
         value = str(value)  # YAML reads an id like 7 as a number
-    if not isinstance(value, str) or not value or len(value) > 64 or not value.isprintable():
+    if not isinstance(value, str) or not value or len(value) > _LONGEST_TEXT or not value.isprintable():
         raise InvalidProcess(key=key, reason="it must be text of 1 to 64 printable characters")
     return value
 
 
 def _deadline(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= _LONGEST_DEADLINE:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value <= LONGEST_DEADLINE:
         raise InvalidProcess(
-            key="deadline", reason=phrase("it must be seconds, more than 0, at most {most:g}", most=_LONGEST_DEADLINE)
+            key="deadline", reason=phrase("it must be seconds, more than 0, at most {most:g}", most=LONGEST_DEADLINE)
         )
     return float(value)
 

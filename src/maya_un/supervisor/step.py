@@ -24,6 +24,24 @@ from maya_un.robot.primitives.primitive import Argument, Switch
 from maya_un.steps.text import ARGUMENTS, INTERRUPTED, StepEnd, StepProgress, StepState, content_of
 from maya_un.values import FARTHEST, WITHIN
 
+LONGEST_DEADLINE = 7 * 24 * 3600.0
+"""Longest time within which a step must start [s]; brokers store a command no longer."""
+
+_MOST_BITS = 1024
+"""A longer integer is shown in part: it is not readable, and Python refuses to write one of 4300 digits."""
+
+
+def check_deadline(deadline: float, key: str = "deadline") -> None:
+    """Raise `InvalidValue` naming `key` for a time that is too long [s]."""
+    if not deadline <= LONGEST_DEADLINE:
+        reason = phrase("it must be seconds, more than 0, at most {most:g}", most=LONGEST_DEADLINE)
+        raise InvalidValue(key=key, value=shown(deadline), reason=reason)
+
+
+def shown(value: object) -> object:
+    """Return a value for a message: of a long integer, its beginning."""
+    return f"{value:#x}"[:20] + "…" if isinstance(value, int) and value.bit_length() > _MOST_BITS else value
+
 
 def check(command: str, args: Mapping[str, Any]) -> None:
     """Raise `UnknownName`, `InvalidRequest` or `InvalidValue` for a command that every robot would refuse."""
@@ -37,7 +55,8 @@ def check(command: str, args: Mapping[str, Any]) -> None:
         if name not in needed:
             takes = ", ".join(needed) or phrase("no arguments")
             raise InvalidRequest(
-                key=f"args.{name}", reason=phrase("{command} takes {arguments}", command=command, arguments=takes)
+                key=f"args.{shown(name)}",
+                reason=phrase("{command} takes {arguments}", command=command, arguments=takes),
             )
         _check_value(PRIMITIVES[command].argument, name, value)
 
@@ -45,13 +64,17 @@ def check(command: str, args: Mapping[str, Any]) -> None:
 def _check_value(argument: Argument, name: str, value: object) -> None:
     if isinstance(argument, Switch):
         if not isinstance(value, bool):
-            raise InvalidValue(key=f"args.{name}", value=value, reason="it must be true or false")
+            raise InvalidValue(key=f"args.{name}", value=shown(value), reason="it must be true or false")
     elif isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= FARTHEST:
-        raise InvalidValue(key=f"args.{name}", value=value, reason=WITHIN)
+        raise InvalidValue(key=f"args.{name}", value=shown(value), reason=WITHIN)
 
 
 def command_text(id_: str, robot: str, command: str, args: Mapping[str, Any], deadline: float, supervisor: str) -> str:
-    """Return the JSON text of a command of `supervisor` whose step must start within `deadline` [s]."""
+    """Return the JSON text of a command of `supervisor` whose step must start within `deadline` [s].
+
+    Raises `InvalidValue` for a longer time than `LONGEST_DEADLINE`.
+    """
+    check_deadline(deadline)
     until = datetime.now(UTC) + timedelta(seconds=deadline)
     data = {"id": id_, "command": command, "args": dict(args), "robot": robot, "deadline": until.isoformat()}
     return json.dumps(data | {"supervisor": supervisor})

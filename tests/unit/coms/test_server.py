@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
+import asyncio
+from typing import Any, NoReturn
 
 import httpx
 import pytest
 
+from maya_un.coms.agent import Agent
+from maya_un.coms.robot import Rosbridge
 from maya_un.coms.server import AgentSwitch, application
-from maya_un.errors import InvalidRequest, InvalidValue
+from maya_un.errors import InternalError, InvalidRequest, InvalidValue
+from tests.unit.coms.memory import Memory
+from tests.waiting import until
 
 AT = "http://127.0.0.1:3000"
 
@@ -21,6 +26,38 @@ async def asked(method: str, path: str, **headers: str) -> httpx.Response:
     transport = httpx.ASGITransport(application(AgentSwitch(unmakable, "MAYA")))
     async with httpx.AsyncClient(transport=transport, base_url=AT) as client:
         return await client.request(method, path, headers=headers)
+
+
+class Defective(Agent):
+    """An agent with a defect."""
+
+    async def run(self) -> None:
+        async with asyncio.TaskGroup() as group:
+            group.create_task(self._fail())
+
+    async def _fail(self) -> None:
+        raise UnicodeEncodeError("ascii", "secret-token", 0, 1, "it is a defect")
+
+
+async def test_agent_that_ended_is_reported_and_connects_again() -> None:
+    logged = list[dict[str, Any]]()
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: logged.append(context))
+    made = [Defective("MAYA", Rosbridge("ws://lab:1"), Memory(), lambda: "") for _ in range(2)]
+    switch = AgentSwitch(lambda: made[0], "MAYA", password_in_clear=True)
+    switch.connect()
+    assert switch.status()["state"] == "connecting"
+    await until(lambda: bool(logged))
+    status = switch.status()
+    assert (status["state"], status["password_in_clear"]) == ("failed", True)
+    assert (status["supervisors"]["connected"], status["supervisors"]["code"]) == (False, InternalError.code)
+    assert "UnicodeEncodeError" in status["supervisors"]["waits_for"]
+    assert "secret-" not in str(status)
+    made.pop(0)
+    switch.connect()
+    assert switch.status()["state"] == "connecting"
+    await until(lambda: len(logged) == 2)
+    await switch.disconnect()
+    assert switch.status()["state"] == "idle"
 
 
 @pytest.mark.parametrize("headers", [{}, {"Origin": AT}])

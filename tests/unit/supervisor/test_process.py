@@ -58,6 +58,24 @@ def test_a_process_that_cannot_end_is_refused_whole(tmp_path: Path, steps: list[
         load_process(written(tmp_path, *steps))
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("{id: a, robot: R, command: pick, args: {x: NUMBER, y: 1, z: 1}}", r"args\.x = 0xfff"),
+        ("{id: a, robot: R, command: gripper, args: {open: NUMBER}}", r"args\.open = 0xfff"),
+        ("{id: NUMBER, robot: R, command: home}", "1 to 64"),
+        ("{id: a, robot: R, command: home, after: [NUMBER]}", "1 to 64"),
+        ("{? NUMBER : 1, id: a, robot: R, command: home}", "0xfff"),
+        ("{id: a, robot: R, command: home, args: {? NUMBER : 1}}", "0xfff"),
+    ],
+)
+def test_number_of_thousands_of_digits_is_refused(tmp_path: Path, line: str, words: str) -> None:
+    path = tmp_path / "process.yaml"
+    path.write_text("steps:\n- " + line.replace("NUMBER", "0x" + "f" * 5000))
+    with pytest.raises(InvalidProcess, match=words):
+        load_process(path)
+
+
 @pytest.mark.parametrize("deadline", [0, -1, True, "soon", 1e9])
 def test_a_deadline_is_some_time(tmp_path: Path, deadline: object) -> None:
     with pytest.raises(InvalidProcess, match="deadline"):

@@ -47,6 +47,14 @@ def result(error: str | None = None, code: str | None = None, warnings: tuple[st
     return StepEnd("1", error, code, "a", "b", warnings)
 
 
+@pytest.mark.parametrize(
+    "deadline", [604_801.0, 1e12, 1e300, float("inf"), float("nan"), pytest.param(10**5000, id="long")]
+)
+def test_a_deadline_that_no_date_can_have_is_refused(deadline: float) -> None:
+    with pytest.raises(InvalidValue, match="at most 604800"):
+        command_text("1", "MAYA", "home", {}, deadline, "anna")
+
+
 def test_every_command_of_robots_is_valid() -> None:
     assert {command for command, _ in GOOD} == set(ARGUMENTS)
 

@@ -79,7 +79,7 @@ def coms(
 
 async def _serve(found: environment.AgentSettings, listener: socket.socket, *, connect: bool) -> None:
     def agent() -> Agent:
-        robot = Rosbridge(found.rosbridge, found.token, found.namespace)
+        robot = Rosbridge(found.rosbridge, environment.plain_token("MAYA_TOKEN", found.token), found.namespace)
         return Agent(found.name, robot, transport_of(found), dates.now)
 
     warning = environment.password_warning(found)

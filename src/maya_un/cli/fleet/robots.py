@@ -25,7 +25,7 @@ from maya_un.steps.text import ARGUMENTS, StepEnd
 from maya_un.supervisor import Event, Supervisor
 from maya_un.supervisor.fleet import FleetBoard
 from maya_un.supervisor.lab import DEADLINE, ONLINE
-from maya_un.supervisor.step import StepProgress, StepState, check, progress_of, result_of
+from maya_un.supervisor.step import StepProgress, StepState, check, check_deadline, progress_of, result_of
 
 
 def list_(url: str | None, settings: OutputSettings) -> int:
@@ -189,6 +189,7 @@ def send(
     args = _args(command, values)
     check(command, args)
     until = DEADLINE if deadline is None else duration(deadline, "--deadline")
+    check_deadline(until, "--deadline")
     result = asyncio.run(_send(robot, command, args, url, until, settings))
     return output.answer(
         json.loads(result.text), translate("Done by {robot}.", settings.language, robot=robot), settings
