@@ -308,7 +308,7 @@ def _event_of(message: aiomqtt.Message) -> Event | None:
     """Return the event in a message, None for other messages. A command without an id takes its correlation data."""
     _, _, robot, kind = message.topic.value.split("/")
     try:
-        data = json.loads(message.payload)
+        data = _writable(json.loads(message.payload))
     except (ValueError, RecursionError):
         return None
     if not isinstance(data, dict) or kind not in {"connection", "progress", "results", "commands"}:
@@ -316,3 +316,12 @@ def _event_of(message: aiomqtt.Message) -> Event | None:
     if kind == "commands" and data.get("id") is None:
         data["id"] = correlation_id(message)
     return Event(robot, kind, data, bool(message.retain))
+
+
+def _writable(data: Any) -> Any:
+    """Return JSON data with "?" for lone surrogates, which JSON may contain and UTF-8 cannot."""
+    if isinstance(data, str):
+        return data.encode(errors="replace").decode()
+    if isinstance(data, list):
+        return [_writable(one) for one in data]
+    return {_writable(key): _writable(one) for key, one in data.items()} if isinstance(data, dict) else data

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from random import Random
 
+from dmc41x3.cli.console import visible
 from dmc41x3.i18n import marked, phrase, translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
@@ -31,7 +32,7 @@ from maya_un.supervisor.step import StepProgress, StepState, check, check_deadli
 def list_(url: str | None, settings: OutputSettings) -> int:
     """List the robots; raises `SupervisorsNotReached`."""
     found = asyncio.run(_robots(url))
-    lines = [translate("{robot}  {state}", settings.language, robot=name, state=state) for name, state in found.items()]
+    lines = [visible(_presence(name, state, settings.language)) for name, state in found.items()]
     none = translate(
         "The broker {where} knows no robot. Start one with `maya up --coms`.",
         settings.language,
@@ -85,7 +86,10 @@ async def _list_changes(board: FleetBoard, changed: asyncio.Event, settings: Out
         await changed.wait()
         changed.clear()
         view = board.view()
-        text = to_json(view).decode() if settings.json else "\n".join([*_lines(view, settings.language), ""])
+        if settings.json:
+            text = to_json(view).decode()
+        else:
+            text = "\n".join([*map(visible, _lines(view, settings.language)), ""])
         output.say(text)
         await asyncio.sleep(max(_PERIOD, len(text) / _RATE))
 
@@ -134,7 +138,7 @@ async def _watch(robot: str | None, url: str | None, settings: OutputSettings) -
     async with Supervisor(url) as lab:
         async for event in lab.watch():
             if robot in {None, event.robot}:
-                output.say(_json(event) if settings.json else _sentence(event, settings.language))
+                output.say(_json(event) if settings.json else visible(_sentence(event, settings.language)))
 
 
 def _json(event: Event) -> str:
@@ -226,9 +230,9 @@ async def _send(
         if state is None:
             raise UnknownName(name=robot, known=", ".join(lab.robots) or "no robots")
         if state != ONLINE and not settings.json:
-            print(waiting_text(robot, state, settings.language), file=sys.stderr, flush=True)
+            print(visible(waiting_text(robot, state, settings.language)), file=sys.stderr, flush=True)
         step = lab.robot(robot).do(command, **args)
         async for report in step:
             if not settings.json:
-                output.say(progress_text(robot, report, settings.language))
+                output.say(visible(progress_text(robot, report, settings.language)))
         return await step

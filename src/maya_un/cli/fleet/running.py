@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from dmc41x3.cli.console import visible
 from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.fleet.robots import end_text, progress_text, waiting_text
@@ -107,7 +108,7 @@ def _carried_out(record: ProcessRecord, options: FleetRunOptions, settings: Outp
         except DecisionNeeded as error:
             if settings.json or not sys.stdin.isatty():
                 return error
-            output.say(error.text(settings.language))
+            output.say(visible(error.text(settings.language)))
             _ask(record, str(error.details["step"]), settings.language)
         except ProcessAborted as error:
             return error
@@ -135,16 +136,16 @@ def _tell_absent(process: FleetProcess, lab: Supervisor, settings: OutputSetting
     for robot in dict.fromkeys(step.robot for step in process.steps.values()):
         state = lab.robots.get(robot, "unknown")
         if state != ONLINE and not settings.json:
-            output.say(waiting_text(robot, state, settings.language))
+            output.say(visible(waiting_text(robot, state, settings.language)))
 
 
 def _tell(step: ProcessStep, report: StepProgress | StepEnd, settings: OutputSettings) -> None:
     if settings.json:
         return
     if isinstance(report, StepProgress):
-        output.say(progress_text(step.robot, report, settings.language))
+        output.say(visible(progress_text(step.robot, report, settings.language)))
     else:
-        output.say(end_text(step.robot, step.id, report, settings.language))
+        output.say(visible(end_text(step.robot, step.id, report, settings.language)))
 
 
 def _ask(record: ProcessRecord, step: str, language: str) -> None:

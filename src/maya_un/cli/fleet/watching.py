@@ -18,6 +18,7 @@ from urllib.parse import urlsplit
 
 from pydantic import TypeAdapter
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.settings import where_of
 from maya_un.coms.transport import keep
 from maya_un.errors import MayaError, SupervisorsNotReached
@@ -63,7 +64,10 @@ async def fleet_beside(fleet: FleetService) -> AsyncIterator[None]:
 
 async def _watch(fleet: FleetService, where: str) -> None:
     """Run the process and show its lists until it ends; raises `SupervisorsNotReached` with its reason."""
-    process = await asyncio.create_subprocess_exec(*_COMMAND, stdin=PIPE, stdout=PIPE, limit=_LONGEST)
+    try:
+        process = await asyncio.create_subprocess_exec(*_COMMAND, stdin=PIPE, stdout=PIPE, limit=_LONGEST)
+    except OSError as error:
+        raise SupervisorsNotReached(where=where, reason=error.strerror or str(error)) from error
     said = b""
     try:
         assert process.stdout is not None
@@ -71,6 +75,9 @@ async def _watch(fleet: FleetService, where: str) -> None:
             said = line
             with suppress(ValueError):
                 fleet.show(_VIEW.validate_json(line))
+    except ValueError as error:  # a line longer than the limit
+        reason = phrase("its list of robots has more than {most} bytes", most=_LONGEST)
+        raise SupervisorsNotReached(where=where, reason=reason) from error
     finally:
         await _end(process)
     raise SupervisorsNotReached(where=where, reason=_reason(said))
@@ -82,7 +89,7 @@ async def _end(process: Process) -> None:
     process.stdin.close()
     try:
         async with asyncio.timeout(_PATIENCE):
-            await process.wait()
+            await process.communicate()  # unread output would keep the pipe open
     except TimeoutError:
         process.kill()
         await process.wait()
