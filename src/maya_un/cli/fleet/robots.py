@@ -9,8 +9,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from random import Random
 
-from dmc41x3.cli.console import visible
-from dmc41x3.i18n import marked, phrase, translate
+from dmc41x3.i18n import marked, phrase, translate, visible
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.coms.settings import from_environment, where_of

@@ -8,8 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmc41x3.cli.console import visible
-from dmc41x3.i18n import translate
+from dmc41x3.i18n import translate, visible
 from maya_un.cli import output
 from maya_un.cli.fleet.robots import end_text, progress_text, waiting_text
 from maya_un.cli.settings import OutputSettings
