@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -22,11 +22,12 @@ from maya_ros.graph.protocol import (
     Request,
     Subscription,
 )
-from maya_ros.graph.table import MAYA_COMMAND, Kind, asked_by_call, asked_by_topic
-from maya_un.errors import MayaError, NotSignedIn
+from maya_ros.graph.table import CALL_OPERATION, MAYA_COMMAND, Kind, asked_by_call, asked_by_topic
+from maya_un.client.operations import operation_named
+from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.http.connections import RightsSource
 from maya_un.robot.primitives.can_teleop import CanTeleop
-from maya_un.service.access.operations import BYSTANDER, ROS, STOPPING, Caller, Operation, allowed, require
+from maya_un.service.access.operations import BYSTANDER, ROS, RULES, STOPPING, Caller, Operation, allowed, require
 
 
 class TokenChecker(RightsSource, Protocol):
@@ -73,6 +74,12 @@ class Guest:
         elif not (self.local and operation in STOPPING):
             raise self._why
 
+    def asked_by(self, service: str, request: Request) -> Operation:
+        """Return the operation that a call needs; `can_teleop` only reads."""
+        task = _field(request, "task")
+        question = isinstance(task, dict) and task.get("command") == CanTeleop.command
+        return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Kind.SERVICE)
+
     async def introduce(self, admission: TokenChecker, token: str | None) -> None:
         """Sign in with a token; raises `NotSignedIn`, `TooManyRequests`, and then the client is unknown."""
         self._caller = None
@@ -92,6 +99,45 @@ class Guest:
         if isinstance(now, MayaError):
             self._why = now
         return before is None or (self._caller is not None and self._caller.role >= before.role)
+
+
+class SharedGuest(Guest):
+    """A client for whom the graph acts as its own user, because no message of the graph names its sender.
+
+    So it needs the rights to what is done in the name of that user. Its lease does not go along: to drive, it needs a
+    role that may take the lease. `asked` are the operations of /call_operation by name.
+    """
+
+    def __init__(
+        self, asked: Mapping[str, Operation], source: str = "", *, local: bool = True, lease: str = ""
+    ) -> None:
+        super().__init__(source, local=local, lease=lease)
+        self._asked = asked
+
+    def require(self, operation: Operation) -> None:
+        """Raise `NotSignedIn` or `NotAllowed` if the client may not request `operation` for the graph's user."""
+        super().require(_FOR_ANOTHER.get(operation, operation))
+        if RULES[operation].drives:
+            super().require(Operation.LEND)
+
+    def asked_by(self, service: str, request: Request) -> Operation:
+        """Return the operation that a call needs; raises `InvalidRequest` for an unknown one of /call_operation."""
+        if service != CALL_OPERATION.name:
+            return super().asked_by(service, request)
+        name = _field(request, "operation")
+        if not isinstance(name, str):
+            raise InvalidRequest(key="operation", reason="it must be a text")
+        operation_named(name)
+        return self._asked[name]
+
+
+_FOR_ANOTHER: Mapping[Operation, Operation] = {
+    Operation.PROPOSE: Operation.SUBMIT,
+    Operation.LEASE: Operation.LEND,
+    Operation.RENEW: Operation.LEND,
+    Operation.ME: Operation.USERS,
+}
+"""What operations on one's own jobs, lease and account become for those of another user."""
 
 
 def _at_rights(caller: Caller) -> Caller:
@@ -152,7 +198,7 @@ class RestrictedGraph:
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service."""
-        self._guest.require(_asked_by(_whole(service), request))
+        self._guest.require(self._guest.asked_by(_whole(service), request))
         return await self._graph.call(service, request, kind)
 
     def expect(self, *services: str) -> None:
@@ -216,12 +262,11 @@ class _RestrictedParameters:
         return await self._all.names()
 
 
-def _asked_by(service: str, request: Request) -> Operation:
-    """Return the operation of a call; `can_teleop` only reads."""
-    first = request[0] if isinstance(request, list) and request else None
-    task = request.get("task") if isinstance(request, dict) else first
-    question = isinstance(task, dict) and task.get("command") == CanTeleop.command
-    return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Kind.SERVICE)
+def _field(request: Request, name: str) -> Any:
+    """Return a field of a request, the first one if its values have no names; None if it is missing."""
+    if isinstance(request, dict):
+        return request.get(name)
+    return request[0] if request else None
 
 
 def _whole(name: str) -> str:

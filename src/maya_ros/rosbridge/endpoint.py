@@ -37,6 +37,9 @@ NODE = "rosbridge"
 CLIENT_COUNT = "/client_count"
 """The topic with the number of clients."""
 
+GuestMaker = Callable[..., Guest]
+"""Makes the guest of a client, from the arguments of `Guest`."""
+
 Seat = Callable[[Guest], AbstractContextManager[Graph]]
 """Gives a client its place in a graph, while a block runs."""
 
@@ -65,7 +68,7 @@ class Endpoint:
     """Serves clients; `seat` gives each client its place in a graph.
 
     `now` returns the date [s since the epoch], `edge` is the origin policy, `most` is the largest number of clients.
-    `admission` authenticates clients. A client that loses rights is disconnected at once.
+    `admission` authenticates clients, `guest` makes their guests. A client that loses rights is disconnected at once.
     """
 
     def __init__(
@@ -75,10 +78,12 @@ class Endpoint:
         edge: OriginPolicy | None = None,
         most: int = CLIENTS,
         admission: TokenChecker | None = None,
+        guest: GuestMaker = Guest,
     ) -> None:
         self._seat = seat
         self._admission = admission or Everybody()
         self._rights = Rights(self._admission)
+        self._guest = guest
         self._edge = edge or OriginPolicy()
         self._most = most
         self._press = MessageEncoder(now)
@@ -120,7 +125,7 @@ class Endpoint:
 
     def enter(self, wire: RosbridgeWire, headers: Headers, source: str, *, local: bool) -> RosbridgeSession:
         """Start the session of a client with these headers."""
-        guest = Guest(source, local=local, lease=headers.get(LEASE, ""))
+        guest = self._guest(source, local=local, lease=headers.get(LEASE, ""))
         with ExitStack() as stack:
             graph = RestrictedGraph(stack.enter_context(self._seat(guest)), guest)
             client = RosbridgeClient(graph, Sender(wire), self._press, language_of(headers))

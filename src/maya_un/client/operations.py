@@ -35,11 +35,7 @@ def request_of(name: str, values: Mapping[str, Any]) -> Request[Any]:
 
     Raises `InvalidRequest` for an unknown operation, an unknown or missing parameter, and a value of the wrong type.
     """
-    operation = operations().get(name)
-    if operation is None:
-        raise InvalidRequest(
-            key="operation", reason=phrase("{name!r} is unknown; `maya call` lists all operations", name=name[:64])
-        )
+    operation = operation_named(name)
     parameters = inspect.signature(operation).parameters
     for key, value in values.items():
         if key not in parameters:
@@ -51,6 +47,16 @@ def request_of(name: str, values: Mapping[str, Any]) -> Request[Any]:
         if one.default is one.empty and key not in values:
             raise InvalidRequest(key=key, reason="it is missing")
     return operation(**values)
+
+
+def operation_named(name: str) -> Operation:
+    """Return the operation of this name; raises `InvalidRequest` if it is unknown."""
+    operation = operations().get(name)
+    if operation is None:
+        raise InvalidRequest(
+            key="operation", reason=phrase("{name!r} is unknown; `maya call` lists all operations", name=name[:64])
+        )
+    return operation
 
 
 def _answers_json(operation: Operation) -> bool:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import asyncio
 import os
-from contextlib import nullcontext
 from threading import Event
 
 import rosgraph
@@ -21,7 +20,8 @@ from maya_ros.ros1.controlling import ros_time
 from maya_ros.ros1.master import settle_namespace, told, whole
 from maya_ros.ros1.node import RosNode, require_master, run
 from maya_ros.ros1.rights import looked
-from maya_ros.rosbridge.endpoint import PORT, Endpoint
+from maya_ros.ros1.serving import endpoint_of
+from maya_ros.rosbridge.endpoint import PORT
 from maya_un.http.origins import OriginPolicy, host_of, origin_of
 from maya_un.http.sockets import bound_socket
 from maya_un.namespace import namespace
@@ -40,7 +40,7 @@ async def serve(node: RosNode) -> None:
     listener = bound_socket(await node.number("port", 0 if namespace() else PORT))
     url = "ws://{}:{}".format(*listener.getsockname()[:2])
     async with looked() as users:
-        endpoint = Endpoint(lambda _: nullcontext(node.graph), ros_time, await _edge(node), admission=users)
+        endpoint = await endpoint_of(node.graph, ros_time, await _edge(node), users)
         async with endpoint.serving(listener):
             await node.graph.parameters.set(URL, url)
             node.say(f"rosbridge is served at {url}.")

@@ -1,0 +1,20 @@
+"""The endpoint of the node rosbridge: the graph carries out what its clients request as the graph's own user."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+from contextlib import nullcontext
+from functools import partial
+
+from maya_ros.graph.access import SharedGuest, TokenChecker
+from maya_ros.graph.protocol import Graph
+from maya_ros.graph.servers.operations import asked_by_operation
+from maya_ros.rosbridge.endpoint import Endpoint
+from maya_un.http.origins import OriginPolicy
+
+
+async def endpoint_of(graph: Graph, now: Callable[[], float], edge: OriginPolicy, users: TokenChecker) -> Endpoint:
+    """Return the endpoint for all clients of a graph that has one user; see `Endpoint`."""
+    asked = await asyncio.get_running_loop().run_in_executor(None, asked_by_operation)
+    return Endpoint(lambda _: nullcontext(graph), now, edge, admission=users, guest=partial(SharedGuest, asked))
