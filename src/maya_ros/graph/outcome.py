@@ -136,11 +136,16 @@ async def goal_to_its_end(
     try:
         return await graph.do(action, kind, goal, feedback)
     except asyncio.CancelledError:
-        known = types.fields(f"{kind}Result")
-        fitting = {name: value for name, value in failure(Cancelled()).items() if name in known}
-        return last or GoalResult(GoalStatus.PREEMPTED, fitting)
+        return last or cancelled_goal(kind)
     finally:
         results.close()
+
+
+def cancelled_goal(kind: str) -> GoalResult:
+    """Return the outcome of a cancelled goal of an action of this type; raises `UnknownInterface`."""
+    known = types.fields(f"{kind}Result")
+    fitting = {name: value for name, value in failure(Cancelled()).items() if name in known}
+    return GoalResult(GoalStatus.PREEMPTED, fitting)
 
 
 async def call_service(graph: Graph, row: Row, request: Message) -> Message:

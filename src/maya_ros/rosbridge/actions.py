@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from dmc41x3.i18n import phrase
 from maya_ros.graph import types
-from maya_ros.graph.outcome import goal_to_its_end
+from maya_ros.graph.outcome import cancelled_goal, goal_to_its_end
 from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, GraphHandle, Message, stamp
 from maya_ros.rosbridge import outgoing
 from maya_ros.rosbridge.client import ROWS, Id, RosbridgeClient, StatusLevel
@@ -32,7 +32,7 @@ _STATUS: Mapping[GoalStatus, int] = {
 
 
 class _SentGoal:
-    """One goal of a client: its fields, and the last result received from its action."""
+    """One goal of a client: its fields, and whether its client knows its end (`over`)."""
 
     def __init__(self, client: RosbridgeClient, fields: Fields) -> None:
         """Read the action and id of a message; raises `InvalidRequest`."""
@@ -41,6 +41,7 @@ class _SentGoal:
         self.name = fields.id
         self.action = self.kind = ""
         self.goal: Message = {}
+        self.over = False
         self._feedback = False
         self._compression = "none"
         self._fragment = 0
@@ -72,10 +73,12 @@ class _SentGoal:
             self.tell_failure(_why(ended))
         else:
             values = outgoing.as_plain(f"{self.kind}Result", ended.result)
+            self.over = True
             self._say({"op": "action_result", "action": self.said, "values": values, "status": status, "result": True})
 
     def tell_failure(self, reason: str) -> None:
         """Send a failure without a result."""
+        self.over = True
         self._say({"op": "action_result", "action": self.said, "values": reason, "status": UNKNOWN, "result": False})
 
     def _say(self, message: dict[str, Any]) -> None:
@@ -114,6 +117,7 @@ class ClientGoals:
         task = self._client.spawn(self._carry_out(goal), f"goal {goal.action}")
         if goal.name is not None:
             self._tasks[goal.name] = (goal.action, task)
+        task.add_done_callback(lambda _: self._see_to_its_end(goal))
 
     async def _carry_out(self, goal: _SentGoal) -> None:
         try:
@@ -122,9 +126,16 @@ class ClientGoals:
             goal.tell_failure(self._client.words(error))
         except Exception as defect:  # noqa: BLE001 - a client gets one sentence, the log the rest
             goal.tell_failure(self._client.words(written_down(defect)))
-        finally:
-            self._goals -= 1
-            self._tasks.pop(goal.name, None)
+
+    def _see_to_its_end(self, goal: _SentGoal) -> None:
+        """Forget a goal; report the end of one that was cancelled before its task had its first turn."""
+        self._goals -= 1
+        self._tasks.pop(goal.name, None)
+        if not goal.over:
+            try:
+                goal.tell_end(cancelled_goal(goal.kind))
+            except MayaError as error:
+                goal.tell_failure(self._client.words(error))
 
     def cancel_action_goal(self, fields: Fields) -> None:
         """Carry out `cancel_action_goal`; the result of the goal reports its end."""

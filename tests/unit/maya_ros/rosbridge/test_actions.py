@@ -10,7 +10,7 @@ import pytest
 from maya_ros.graph.outcome import failure
 from maya_ros.graph.protocol import Feedback, GoalRefused, GoalResult, GoalStatus, Message
 from maya_ros.rosbridge.limits import UNDER_WAY
-from maya_un.errors import Busy, NotHomed
+from maya_un.errors import Busy, Cancelled, NotHomed
 from tests.rosbridge_clients import BusClient, ClientBus, Said, client_bus, settled
 
 TASK = "maya_robot/Task"
@@ -94,6 +94,22 @@ async def test_a_goal_that_is_cancelled_ends_as_its_server_says() -> None:
         (told,) = await talker.ask("cancel_action_goal", action="/task", id="g")
         assert (told["id"], told["status"], told["result"], told["values"]["code"]) == ("g", CANCELED, True, "2202")
         assert acting.cancelled == 1
+
+
+async def test_goal_that_is_cancelled_before_it_begins_ends_and_counts_no_longer() -> None:
+    async with client_bus() as one:
+        acting, talker = Acting(one), one.talker()
+        cancelled = {"action": "/task", "values": failure(Cancelled()), "status": CANCELED, "result": True}
+        for _ in range(UNDER_WAY + 1):
+            talker.say("send_action_goal", id="g", **goal("waits"))
+            talker.say("cancel_action_goal", id="g", action="/task")
+            assert await talker.told() == [{"op": "action_result", "id": "g", **cancelled}]
+        talker.say("send_action_goal", id="g", action="/own", action_type="nothing/Known", args={})
+        (told,) = await talker.ask("cancel_action_goal", id="g", action="/own")
+        assert (told["op"], told["id"], told["result"]) == ("action_result", "g", False)
+        assert acting.begun == 0
+        (told,) = await talker.ask("send_action_goal", id="g", **goal("home"))
+        assert told["status"] == SUCCEEDED
 
 
 async def test_late_cancel_is_answered_with_the_success() -> None:
