@@ -174,6 +174,7 @@ class ActionServer:
         goal = _DdsGoal(id_, self._server.now(), loop.create_future(), loop.create_future())
         self._goals[id_] = goal
         goal.task = self._server.spawn(self._carry_out(goal, request["goal"]))
+        goal.task.add_done_callback(lambda task: self._see_to_its_end(goal, task))
         accepted = await asyncio.shield(goal.begun)
         return {"accepted": accepted, "stamp": goal.stamp}
 
@@ -186,6 +187,14 @@ class ActionServer:
             ended = await self._act(message, feedback)
         except MayaError as error:
             ended = GoalResult(GoalStatus.REJECTED, {"message": f"{error.code}: {error}"})
+        self._end(goal, ended)
+
+    def _see_to_its_end(self, goal: _DdsGoal, task: asyncio.Task[None]) -> None:
+        """End a goal whose task has ended without a result: a cancel came before its first turn, or it failed."""
+        if not goal.ended.done():
+            self._end(goal, GoalResult(GoalStatus.PREEMPTED if task.cancelled() else GoalStatus.ABORTED, {}))
+
+    def _end(self, goal: _DdsGoal, ended: GoalResult) -> None:
         if not goal.begun.done():
             goal.begun.set_result(ended.outcome is not GoalStatus.REJECTED)
             if ended.outcome is GoalStatus.REJECTED:
@@ -200,7 +209,8 @@ class ActionServer:
     def _begin(self, goal: _DdsGoal) -> None:
         if not goal.begun.done():
             goal.begun.set_result(True)
-            goal.status = EXECUTING
+            if goal.status == ACCEPTED:
+                goal.status = EXECUTING
             self._tell()
 
     async def _get_result(self, request: Message) -> Message:

@@ -127,7 +127,11 @@ class JointTrajectories:
             states.close()
         if found:
             return _aborted(*found[0])
-        await self._settled()
+        try:
+            await self._settled()
+        except asyncio.CancelledError:
+            if ended.outcome is GoalStatus.SUCCEEDED:
+                return GoalResult(GoalStatus.PREEMPTED, {"error_string": "cancelled at its end"})
         return self._ended(table, ended)
 
     def _ended(self, table: Timetable, ended: GoalResult) -> GoalResult:

@@ -1,0 +1,141 @@
+"""Actions on DDS: every goal gets an answer and a result, whenever it is cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
+
+from maya_ros.graph.bus import Bus
+from maya_ros.graph.outcome import success
+from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, Message
+from maya_ros.graph.table import FOLLOW, FOLLOW_JOINTS, JOINTS, TASK, Row
+from maya_ros.ros2.server import ABORTED, CANCELED, SUCCEEDED, ActionServer, CarryOut, ServiceServer
+from maya_ros.ros2.trajectory import JointTrajectories
+from maya_un.values import Joints
+from tests.ros2_fakes import FakeDds, rest
+
+NOW = 100.0
+STAMP = {"secs": 100, "nsecs": 0}
+ALL = {"goal_info": {"goal_id": {"uuid": [0] * 16}, "stamp": {"secs": 0, "nsecs": 0}}}
+
+
+class Program:
+    """A program of ROS 2 with one goal after another."""
+
+    def __init__(self, row: Row, carry_out: CarryOut, dds: FakeDds) -> None:
+        self.row = row
+        self.dds = dds
+        self.server = ServiceServer(dds, lambda: STAMP)  # pyright: ignore[reportArgumentType]
+        ActionServer(self.server, row, "hw", dds, carry_out)  # pyright: ignore[reportArgumentType]
+
+    def send(self, number: int, goal: Message) -> None:
+        """Send a goal, and ask for its result."""
+        name = {"goal_id": {"uuid": [number] * 16}}
+        self.dds.ask(self.row.name, "send_goal", {**name, "goal": goal})
+        self.dds.ask(self.row.name, "get_result", name)
+
+    def cancel(self) -> None:
+        """Cancel all goals."""
+        self.dds.ask(self.row.name, "cancel_goal", ALL)
+
+    def accepted(self) -> list[bool]:
+        """Return which goals were accepted."""
+        return [one["accepted"] for one in self.dds.told(self.row.name, "send_goal")]
+
+    def ends(self) -> list[tuple[int, Any]]:
+        """Return the states and results of goals that have ended."""
+        return [(one["status"], one["result"]) for one in self.dds.told(self.row.name, "get_result")]
+
+    def states(self) -> list[int]:
+        """Return the states of all goals."""
+        return [one["status"] for one in self.dds.told(self.row.name, "status")[-1]["status_list"]]
+
+
+HOME = {"task": {"command": "home", "target": {"x": 0.0, "y": 0.0, "z": 0.0}, "open": False}}
+
+
+async def test_goal_that_is_cancelled_before_its_first_turn_is_cancelled() -> None:
+    begun: list[Message] = []
+
+    async def carry_out(goal: Message, feedback: Feedback) -> GoalResult:
+        begun.append(goal)
+        feedback({"phase": "x", "progress": 0.0, "position": {"x": 0.0, "y": 0.0, "z": 0.0}})
+        return GoalResult(GoalStatus.SUCCEEDED, success())
+
+    one = Program(TASK, carry_out, FakeDds())
+    one.send(1, HOME)
+    one.cancel()
+    await rest()
+    assert (begun, one.accepted(), one.ends(), one.states()) == ([], [True], [(CANCELED, {})], [CANCELED])
+    one.send(2, HOME)
+    await rest()
+    assert (one.accepted(), one.states()) == ([True, True], [CANCELED, SUCCEEDED])
+    await one.server.close()
+
+
+async def test_goal_that_fails_is_aborted() -> None:
+    async def carry_out(_goal: Message, _feedback: Feedback) -> GoalResult:
+        raise ZeroDivisionError
+
+    asyncio.get_running_loop().set_exception_handler(lambda *_: None)
+    one = Program(TASK, carry_out, FakeDds())
+    one.send(1, HOME)
+    await rest()
+    assert (one.accepted(), one.ends()) == ([True], [(ABORTED, {})])
+    await one.server.close()
+
+
+def preview(*_: Any, **__: Any) -> Any:
+    """Return a motion that takes almost no time."""
+    return SimpleNamespace(duration=0.01)
+
+
+class Robot:
+    """A robot that follows at once, and whose end shows later."""
+
+    def __init__(self) -> None:
+        self.bus = Bus(lambda: NOW)
+        self.followed = 0
+        self.settling = asyncio.Event()
+        self.settled = asyncio.Event()
+        hardware = self.bus.node("hw")
+        hardware.act(FOLLOW.name, FOLLOW.type, self.act)
+        hardware.advertise(JOINTS.name, JOINTS.type)
+        me = self.bus.node("ros2")
+        joints = Joints(1.0, 1.2, 1.5)
+        self.trajectories = JointTrajectories(me, me, preview, lambda: joints, self.settle, lambda: NOW)
+
+    async def act(self, _: Message, feedback: Feedback) -> Message:
+        """Be there."""
+        self.followed += 1
+        feedback({"a": 1.0, "b": 1.2, "c": 1.5, "progress": 0.0})
+        return success()
+
+    async def settle(self) -> None:
+        """Wait until a test lets the end show."""
+        self.settling.set()
+        await self.settled.wait()
+
+
+def trajectory(start: int = 0) -> Message:
+    """Return a trajectory to where the robot is."""
+    point = {"positions": [1.0, 1.2, 1.5], "time_from_start": {"secs": 1, "nsecs": 0}}
+    header = {"stamp": {"secs": start, "nsecs": 0}}
+    return {"trajectory": {"header": header, "joint_names": ["a", "b", "c"], "points": [point]}}
+
+
+async def test_trajectory_that_is_cancelled_while_its_end_settles_is_cancelled() -> None:
+    robot = Robot()
+    one = Program(FOLLOW_JOINTS, robot.trajectories.carry_out, FakeDds())
+    one.send(1, trajectory())
+    await robot.settling.wait()
+    one.cancel()
+    await rest()
+    assert (robot.followed, one.accepted(), one.states()) == (1, [True], [CANCELED])
+    assert one.ends() == [(CANCELED, {"error_string": "cancelled at its end"})]
+    await one.server.close()
