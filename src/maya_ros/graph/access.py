@@ -210,9 +210,13 @@ class RestrictedGraph:
         self._guest.require(Operation.GRAPH)
         return self._graph.act(action, kind, act)
 
+    def require_action(self, action: str) -> None:
+        """Raise the reason if the guest may not send goals to an action."""
+        self._guest.require(asked_by_call(_whole(action), Kind.ACTION))
+
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Send a goal to its server and return its outcome and result."""
-        self._guest.require(asked_by_call(_whole(action), Kind.ACTION))
+        self.require_action(action)
         return await self._graph.do(action, kind, goal, feedback)
 
 

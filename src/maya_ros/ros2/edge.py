@@ -48,7 +48,7 @@ class Ros2Edge:
         self._guest = guest
         self._dds = dds
         self._robot = robot
-        self._restricted: Graph = RestrictedGraph(graph, guest)
+        self._restricted = RestrictedGraph(graph, guest)
         self._server = ServiceServer(dds, now)
         self._standard: StandardInterfaces | None = None
         self._offered: set[str] = set()

@@ -8,11 +8,13 @@ from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import NamedTuple
 
+from maya_ros.graph.access import RestrictedGraph
 from maya_ros.graph.conversions import MotionPreviewer
 from maya_ros.graph.protocol import Graph, Message, Stamp, in_seconds
 from maya_ros.graph.table import (
     CLOCK,
     DESCRIPTION,
+    FOLLOW,
     FOLLOW_JOINTS,
     JOINTS,
     PROGRAM,
@@ -68,7 +70,7 @@ class StandardInterfaces:
     def __init__(
         self,
         graph: Graph,
-        restricted: Graph,
+        restricted: RestrictedGraph,
         dds: DdsGraph,
         server: ServiceServer,
         demand: ReaderDemand,
@@ -85,7 +87,13 @@ class StandardInterfaces:
         if robot.scaled:
             server.spawn(self._tick(self._publisher(CLOCK)))
         trajectories = JointTrajectories(
-            restricted, graph, robot.preview, robot.joints, robot.settled, lambda: in_seconds(server.now())
+            restricted,
+            graph,
+            robot.preview,
+            robot.joints,
+            robot.settled,
+            lambda: in_seconds(server.now()),
+            partial(restricted.require_action, FOLLOW.name),
         )
         ActionServer(server, FOLLOW_JOINTS, hardware, dds, trajectories.carry_out)
         self._log = RosoutHandler(self._publisher(ROSOUT), server.now)

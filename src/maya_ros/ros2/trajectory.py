@@ -2,7 +2,7 @@
 
 The whole trajectory is checked before anything moves. The robot follows its path with a law of time of its own, and
 takes at least as long as the last `time_from_start` says. The position that a tolerance refers to is that of the
-trajectory at the same time, straight between its points. A goal whose start is later waits.
+trajectory at the same time, straight between its points. A goal whose start is later waits, one at a time.
 
 A goal that cannot be carried out is aborted and not rejected, because only a result has room for the reason.
 """
@@ -18,8 +18,8 @@ from dmc41x3.i18n import phrase
 from maya_ros.graph.conversions import NAMES, MotionPreviewer, path_from_message, path_to_message
 from maya_ros.graph.outcome import error_of, goal_to_its_end
 from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, Graph, Message, header, in_seconds, stamp
-from maya_ros.graph.table import FOLLOW, JOINTS
-from maya_un.errors import InvalidMessage, MayaError, NotHomed, TrajectoryRefused
+from maya_ros.graph.table import FOLLOW, FOLLOW_JOINTS, JOINTS
+from maya_un.errors import Busy, InvalidMessage, MayaError, NotHomed, TrajectoryRefused
 from maya_un.motion.path import Path, Space
 from maya_un.values import Joints
 
@@ -33,6 +33,9 @@ Tolerances = tuple[float, float, float]
 
 _LOOK = 0.02
 """Time between two looks at the clock while a start is awaited [s]."""
+
+LONGEST_WAIT = 60.0
+"""Longest time from a goal to its start [s]."""
 
 
 class Timetable(NamedTuple):
@@ -65,6 +68,7 @@ class JointTrajectories:
     """Carries out goals on `graph`; `own` is the robot's own graph, `now` returns the time of its stamps [s].
 
     `joints` returns where the robot is now, None before homing; `settled` waits until that shows the end of a motion.
+    `permit` raises the reason if programs of ROS 2 may not send goals now.
     """
 
     def __init__(
@@ -75,6 +79,7 @@ class JointTrajectories:
         joints: Callable[[], Joints | None],
         settled: Callable[[], Awaitable[None]],
         now: Callable[[], float],
+        permit: Callable[[], None],
     ) -> None:
         self._graph = graph
         self._preview = preview
@@ -82,23 +87,44 @@ class JointTrajectories:
         self._settled = settled
         self._now = now
         self._own = own
+        self._permit = permit
+        self._waiting = False
 
     async def carry_out(self, goal: Message, feedback: Feedback) -> GoalResult:
         """Carry out a goal to its end, also after a cancellation."""
         try:
+            self._permit()
             table = self._table(goal)
+            self._require_soon(table)
         except MayaError as error:
             joints = isinstance(error, InvalidMessage) and error.details.get("name") == "joint_names"
             return _aborted(INVALID_JOINTS if joints else INVALID_GOAL, f"{error.code}: {error}")
         if table.start and table.start + table.times[-1] < self._now():
             return _aborted(OLD_HEADER_TIMESTAMP, "the whole trajectory lies in the past")
         try:
-            while self._now() < table.start:
-                feedback(self._told(table, 0.0))
-                await asyncio.sleep(_LOOK)
+            await self._wait_for_start(table, feedback)
         except asyncio.CancelledError:
             return GoalResult(GoalStatus.PREEMPTED, {"error_string": "cancelled before its start"})
         return await self._follow(table, feedback)
+
+    def _require_soon(self, table: Timetable) -> None:
+        """Raise `TrajectoryRefused` if the start is too late, and `Busy` if it is later and another goal waits."""
+        wait = table.start - self._now()
+        if wait > LONGEST_WAIT:
+            raise TrajectoryRefused(reason=phrase("it must start within {most:g} s from now", most=LONGEST_WAIT))
+        if wait > 0.0 and self._waiting:
+            raise Busy(doing=FOLLOW_JOINTS.name)
+
+    async def _wait_for_start(self, table: Timetable, feedback: Feedback) -> None:
+        if self._now() >= table.start:
+            return
+        self._waiting = True
+        try:
+            while self._now() < table.start:
+                feedback(self._told(table, 0.0))
+                await asyncio.sleep(_LOOK)
+        finally:
+            self._waiting = False
 
     async def _follow(self, table: Timetable, feedback: Feedback) -> GoalResult:
         task = asyncio.current_task()

@@ -16,6 +16,7 @@ from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, Message
 from maya_ros.graph.table import FOLLOW, FOLLOW_JOINTS, JOINTS, TASK, Row
 from maya_ros.ros2.server import ABORTED, CANCELED, SUCCEEDED, ActionServer, CarryOut, ServiceServer
 from maya_ros.ros2.trajectory import JointTrajectories
+from maya_un.errors import MayaError, NotSignedIn
 from maya_un.values import Joints
 from tests.ros2_fakes import FakeDds, rest
 
@@ -103,12 +104,21 @@ class Robot:
         self.followed = 0
         self.settling = asyncio.Event()
         self.settled = asyncio.Event()
+        self.now = NOW
+        self.refusal: MayaError | None = None
         hardware = self.bus.node("hw")
         hardware.act(FOLLOW.name, FOLLOW.type, self.act)
         hardware.advertise(JOINTS.name, JOINTS.type)
         me = self.bus.node("ros2")
         joints = Joints(1.0, 1.2, 1.5)
-        self.trajectories = JointTrajectories(me, me, preview, lambda: joints, self.settle, lambda: NOW)
+        self.trajectories = JointTrajectories(
+            me, me, preview, lambda: joints, self.settle, lambda: self.now, self.permit
+        )
+
+    def permit(self) -> None:
+        """Raise the refusal of the test."""
+        if self.refusal is not None:
+            raise self.refusal
 
     async def act(self, _: Message, feedback: Feedback) -> Message:
         """Be there."""
@@ -120,6 +130,14 @@ class Robot:
         """Wait until a test lets the end show."""
         self.settling.set()
         await self.settled.wait()
+
+
+def waiting(robot: Robot, *starts: int) -> Program:
+    """Send trajectories with these starts."""
+    one = Program(FOLLOW_JOINTS, robot.trajectories.carry_out, FakeDds())
+    for number, start in enumerate(starts, 1):
+        one.send(number, trajectory(start))
+    return one
 
 
 def trajectory(start: int = 0) -> Message:
@@ -138,4 +156,35 @@ async def test_trajectory_that_is_cancelled_while_its_end_settles_is_cancelled()
     await rest()
     assert (robot.followed, one.accepted(), one.states()) == (1, [True], [CANCELED])
     assert one.ends() == [(CANCELED, {"error_string": "cancelled at its end"})]
+    await one.server.close()
+
+
+async def test_one_trajectory_at_a_time_waits_for_its_start_and_not_for_long() -> None:
+    robot = Robot()
+    one = waiting(robot, 159, 160, 161, 4_000_000)
+    await rest()
+    assert one.accepted() == [True] * 4
+    busy, late, later = (end["error_string"].partition(":")[0] for _, end in one.ends())
+    assert (busy, late, later) == ("2104", "2107", "2107")
+    robot.now, robot.settled = 159.0, asyncio.Event()
+    robot.settled.set()
+    await rest(0.1)
+    assert (robot.followed, one.ends()[-1]) == (1, (SUCCEEDED, {}))
+    one.send(9, trajectory(170))
+    await rest()
+    one.cancel()
+    await rest()
+    assert one.ends()[-1] == (CANCELED, {"error_string": "cancelled before its start"})
+    one.send(10, trajectory(170))
+    await rest()
+    assert len(one.ends()) == 5, "another one may wait again"
+    await one.server.close()
+
+
+async def test_program_without_rights_cannot_have_a_trajectory_wait() -> None:
+    robot = Robot()
+    robot.refusal = NotSignedIn(reason="test")
+    one = waiting(robot, 110)
+    await rest()
+    assert [(status, end["error_string"].partition(":")[0]) for status, end in one.ends()] == [(ABORTED, "4101")]
     await one.server.close()
