@@ -23,7 +23,7 @@ from maya_ros.ros2 import types
 from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
 from maya_ros.ros2.demand import ReaderDemand
 from maya_ros.ros2.names import quality
-from maya_ros.ros2.server import ActionServer, DdsInbox, ServiceServer
+from maya_ros.ros2.server import ActionServer, ServiceServer, TopicInbox
 from maya_ros.ros2.standard import RobotInterface, StandardInterfaces
 from maya_un.edges import Ros2Options
 from maya_un.errors import MayaError, Ros2NotJoined
@@ -111,7 +111,6 @@ class Ros2Edge:
     def _hear(self, row: Row, node: str) -> None:
         """Take what programs of ROS 2 send. The graph has the publisher from the beginning, for it knows it late."""
         kind = types.message_type(row.type)
-        inbox = DdsInbox(asyncio.get_running_loop(), max(1, row.queue_size), self.counts)
         outlet = self._graph.advertise(row.name, row.type, queue_size=row.queue_size)
         self._held.append(outlet)
 
@@ -122,7 +121,8 @@ class Ros2Edge:
             except MayaError as refusal:
                 _log.warning("%s: %s %s", row.name, refusal.code, refusal)
 
-        self._dds.subscription(node, row.name, kind, quality(row), lambda sample: inbox.put(take, kind.message(sample)))
+        inbox = TopicInbox(asyncio.get_running_loop(), max(1, row.queue_size), self.counts, take)
+        self._dds.subscription(node, row.name, kind, quality(row), lambda sample: inbox.put(kind.message(sample)))
 
     def _serve(self, row: Row, node: str) -> None:
         kinds = types.service_types(row.type)

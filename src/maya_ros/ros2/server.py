@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections import OrderedDict
+import threading
+from collections import OrderedDict, deque
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -96,7 +97,7 @@ class ServiceServer:
 
 
 class DdsInbox:
-    """The way from the reading thread to the loop: at most `most` messages wait there; a further one is dropped."""
+    """The way of requests from the reading thread to the loop: at most `most` wait there; a further one is dropped."""
 
     def __init__(self, loop: asyncio.AbstractEventLoop, most: int, counts: Counts) -> None:
         self._loop = loop
@@ -115,6 +116,37 @@ class DdsInbox:
     def _take(self, take: Callable[[Any], None], message: Any) -> None:
         self._waiting -= 1
         take(message)
+
+
+class TopicInbox:
+    """The way of a topic from the reading thread to `take` in the loop; if `most` wait, a new one displaces the oldest.
+
+    So the newest command counts, as in ROS 1.
+    """
+
+    def __init__(
+        self, loop: asyncio.AbstractEventLoop, most: int, counts: Counts, take: Callable[[Message], None]
+    ) -> None:
+        self._loop = loop
+        self._counts = counts
+        self._hand_on = take
+        self._waiting: deque[Message] = deque(maxlen=most)
+        self._changing = threading.Lock()
+
+    def put(self, message: Message) -> None:
+        """Have the loop take a message; called in the reading thread."""
+        with self._changing:
+            full = len(self._waiting) == self._waiting.maxlen
+            self._waiting.append(message)
+        if full:
+            self._counts.displaced += 1  # the loop takes this one when it would have taken the oldest
+        else:
+            self._loop.call_soon_threadsafe(self._take)
+
+    def _take(self) -> None:
+        with self._changing:
+            message = self._waiting.popleft()
+        self._hand_on(message)
 
 
 def refusal(kind: str, error: MayaError) -> Message:
