@@ -18,7 +18,7 @@ from maya_ros.graph import types as graph_types
 from maya_ros.graph.access import Guest, RestrictedGraph
 from maya_ros.graph.outcome import goal_to_its_end
 from maya_ros.graph.protocol import Feedback, GoalResult, Graph, GraphHandle, Heard, Message, NodeInfo, Stamp
-from maya_ros.graph.table import FOLLOW, NODES, TABLE, Kind, Row, asked_by_topic
+from maya_ros.graph.table import FOLLOW, NODES, STEP_RESULT, TABLE, Kind, Row, asked_by_topic
 from maya_ros.ros2 import types
 from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
 from maya_ros.ros2.demand import ReaderDemand
@@ -103,7 +103,7 @@ class Ros2Edge:
         def subscribe() -> GraphHandle:
             return self._graph.subscribe(row.name, row.type, send, queue_size=row.queue_size)
 
-        if row.rate and not row.latch:
+        if row is STEP_RESULT or (row.rate and not row.latch):  # a result waits for somebody who reads it
             self._demand.add(writer, subscribe)
         else:
             self._held.append(subscribe())

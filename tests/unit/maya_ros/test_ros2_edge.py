@@ -12,7 +12,8 @@ pytest.importorskip("cyclonedds", reason="there is no DDS for this machine")
 from maya_ros.graph.access import Guest
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.protocol import Message
-from maya_ros.graph.table import SPEED
+from maya_ros.graph.table import SPEED, STEP_RESULT
+from maya_ros.ros2.demand import LOOK
 from maya_ros.ros2.edge import Ros2Edge
 from maya_un.service.access.operations import ROS
 from tests.ros2_fakes import FakeDds, rest
@@ -49,3 +50,20 @@ async def test_newest_message_of_a_topic_counts_while_the_loop_is_busy() -> None
         dds.give(SPEED.name, {"data": 0.8})
         await rest()
         assert heard[1:] == [{"data": 0.7}, {"data": 0.8}]
+
+
+async def test_result_of_a_step_waits_for_a_reader() -> None:
+    bus = Bus()
+    results = bus.node("firebase_bridge").advertise(STEP_RESULT.name, STEP_RESULT.type)
+    async with on_dds(bus) as dds:
+        await rest()
+        assert results.readers == 0
+        dds.writers[STEP_RESULT.name].read = True
+        await rest(2 * LOOK)
+        assert results.readers == 1
+        results.publish({"data": "1"})
+        await rest()
+        assert dds.writers[STEP_RESULT.name].sent == [{"data": "1"}]
+        dds.writers[STEP_RESULT.name].read = False
+        await rest(2 * LOOK)
+        assert results.readers == 0
