@@ -88,7 +88,7 @@ class Endpoint:
         self._most = most
         self._press = MessageEncoder(now)
         self._turns = MessageScheduler()
-        self._sessions: dict[RosbridgeWire, tuple[RosbridgeSession, ExitStack]] = {}
+        self._sessions: dict[RosbridgeWire, tuple[RosbridgeSession, Guest, ExitStack]] = {}
         self._ending: set[asyncio.Task[None]] = set()
         self._count: Publisher | None = None
 
@@ -130,10 +130,9 @@ class Endpoint:
             graph = RestrictedGraph(stack.enter_context(self._seat(guest)), guest)
             client = RosbridgeClient(graph, Sender(wire), self._press, language_of(headers))
             stack.enter_context(self._rights.watched(lambda: guest.known, partial(_look, wire, guest)))
-            stack.callback(setattr, guest, "left", True)
             entry = partial(guest.introduce, self._admission)
             session = RosbridgeSession(client, Rosapi(graph, self._press.now), self._turns, entry)
-            self._sessions[wire] = (session, stack.pop_all())
+            self._sessions[wire] = (session, guest, stack.pop_all())
         session.begin(callers.of_header(headers.get("authorization")))
         self._tell_count()
         return session
@@ -158,6 +157,7 @@ def _look(wire: RosbridgeWire, guest: Guest, now: Caller | MayaError) -> None:
         wire.end(NotSignedIn.code, "your rights have changed; connect again")
 
 
-async def _ended(session: RosbridgeSession, stack: ExitStack) -> None:
+async def _ended(session: RosbridgeSession, guest: Guest, stack: ExitStack) -> None:
     with stack:
+        guest.left = True  # so that its goals are cancelled, also if its rights have ended
         await session.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import Awaitable, Callable, Iterable
-from contextlib import suppress
+from contextlib import AsyncExitStack, suppress
 from typing import Any
 
 from dmc41x3.i18n import phrase
@@ -234,12 +234,11 @@ class RosbridgeSession:
         self._client.tell(StatusLevel.info, "signed in", name)
 
     async def close(self) -> None:
-        """End everything that this client started, and return when it has ended."""
+        """End everything that this client started, and return when it has ended, also after an error of a part."""
         self._closed = True
         self._inbox.clear()
         self._client.level = StatusLevel.none
-        self._publishing.close()
-        self._subscribing.close()
-        self._serving.close()
-        self._acting.close()
-        await self._client.close()
+        async with AsyncExitStack() as ends:
+            ends.push_async_callback(self._client.close)
+            for part in (self._acting, self._serving, self._subscribing, self._publishing):
+                ends.callback(part.close)

@@ -6,6 +6,7 @@ import asyncio
 import itertools
 from collections import deque
 from collections.abc import Awaitable, Callable
+from contextlib import ExitStack
 from typing import Any, NamedTuple
 
 from dmc41x3.i18n import phrase
@@ -164,10 +165,11 @@ class ClientPublications:
 
         A goal must not continue without its client; cancelling one that has ended changes nothing.
         """
-        for topic, writing in self._writings.items():
-            if writing.goals and self._hears(topic.removesuffix(_GOAL) + "/result"):
-                self._cancel(topic.removesuffix(_GOAL), writing.goals)
-            writing.close()
+        with ExitStack() as ends:
+            for topic, writing in self._writings.items():
+                ends.callback(writing.close)
+                if writing.goals and self._hears(topic.removesuffix(_GOAL) + "/result"):
+                    ends.callback(self._cancel, topic.removesuffix(_GOAL), writing.goals)
         self._writings.clear()
 
     def _cancel(self, action: str, goals: deque[str]) -> None:

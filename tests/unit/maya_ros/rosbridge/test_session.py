@@ -265,3 +265,18 @@ async def is_well(talker: BusClient) -> bool:
             break
         await elapse(1.0)
     return any(message.get("id") == "well?" for message in told)
+
+
+async def test_error_at_the_end_of_a_client_leaves_nothing_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    async with client_bus() as one:
+        talker, news = one.talker(), one.robot.advertise("/news", "std_msgs/String")
+        await talker.ask("subscribe", topic="/news", type="std_msgs/String")
+        assert news.readers == 1
+        monkeypatch.setattr(talker.session._publishing, "close", fail)
+        with pytest.raises(ZeroDivisionError):
+            await talker.session.close()
+        assert news.readers == 0
+        monkeypatch.undo()
