@@ -7,6 +7,7 @@ markers carry no time, so that rviz uses the newest frames.
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -23,6 +24,7 @@ from maya_ros.graph.protocol import Graph, GraphHandle, Message, header, stamp
 from maya_ros.graph.table import FOLLOW, MOVE
 from maya_ros.graph.urdf import BASE, GRIPPER, PART_RADIUS, LineDivision
 from maya_un.config import Config
+from maya_un.controller.planner import MOST_SEGMENTS
 from maya_un.errors import MayaError
 from maya_un.kinematics.closed import tension
 from maya_un.kinematics.mechanism import Floats, Mechanism
@@ -336,16 +338,47 @@ def line_markers(joints: Joints, workspace: Workspace, config: Config) -> Iterat
             number += 1
 
 
+PATIENCE = 5.0
+"""Longest time from a goal to its motion [s]."""
+
+MOST_GOALS = 100
+"""So many goals are kept at most; only one is under way, and the others are refused soon."""
+
+_UNDER_WAY = (Mode.MOVING, Mode.PAUSED, Mode.STOPPING)
+
+
+class _Way:
+    """The route of a goal that came at a time [s]; it is computed when it is first drawn."""
+
+    def __init__(self, route: Route, came: float) -> None:
+        self.came = came
+        self._route = route
+        self._points: Sequence[Point] | None = None
+
+    def points(self, mechanism: Mechanism) -> Sequence[Point]:
+        """Return positions of the gripper point along it [m], none for an invalid route, which the server refuses."""
+        if self._points is None:
+            self._points = ()
+            with suppress(MayaError):
+                self._points = way_of(self._route, mechanism)
+        return self._points
+
+
 class PathMarkers:
     """Subscribes to the goals of /controller/follow and /move; `here` returns the joints, None if unknown.
 
-    A refused goal gets its result at once. Of several goals, the first one is under way.
+    A refused goal gets its result at once. Of several goals, the first one is under way. `patience` is the time within
+    which a goal begins, by the loop's clock [s].
     """
 
-    def __init__(self, graph: Graph, mechanism: Mechanism, here: Callable[[], Joints | None]) -> None:
+    def __init__(
+        self, graph: Graph, mechanism: Mechanism, here: Callable[[], Joints | None], patience: float = PATIENCE
+    ) -> None:
         self._mechanism = mechanism
         self._here = here
-        self._ways: dict[str, Sequence[Point]] = {}
+        self._patience = patience
+        self._now = asyncio.get_running_loop().time
+        self._ways: dict[str, _Way] = {}
         self._held: list[GraphHandle] = []
         for row, read in ((FOLLOW, _followed), (MOVE, self._moved)):
             goal, result = f"{row.type}ActionGoal", f"{row.type}ActionResult"
@@ -357,7 +390,15 @@ class PathMarkers:
     @property
     def way(self) -> Sequence[Point]:
         """Positions of the gripper point along the path under way [m], empty without one."""
-        return next(iter(self._ways.values()), ())
+        way = next(iter(self._ways.values()), None)
+        return () if way is None else way.points(self._mechanism)
+
+    def update(self, state: State) -> None:
+        """Forget the goals that have no result although the robot is at rest: their servers may have ended."""
+        if state.mode in _UNDER_WAY:
+            return
+        latest = self._now() - self._patience
+        self._ways = {name: way for name, way in self._ways.items() if way.came > latest}
 
     def close(self) -> None:
         """Unsubscribe, and forget all paths."""
@@ -366,11 +407,14 @@ class PathMarkers:
         self._ways.clear()
 
     def _begun(self, read: Callable[[Message], Route | None], message: Message) -> None:
-        """Take a goal; ignore an invalid path, which its server refuses."""
+        """Take a goal; ignore one that its server refuses, and one without an id, whose result would not tell it."""
+        name = message["goal_id"]["id"]
+        if not name or len(self._ways) >= MOST_GOALS:
+            return
         with suppress(MayaError):
             route = read(message["goal"])
             if route is not None:
-                self._ways[message["goal_id"]["id"]] = way_of(route, self._mechanism)
+                self._ways[name] = _Way(route, self._now())
 
     def _over(self, message: Message) -> None:
         self._ways.pop(message["status"]["goal_id"]["id"], None)
@@ -380,5 +424,7 @@ class PathMarkers:
         return None if here is None else (here, Joints(goal["a"], goal["b"], goal["c"]))
 
 
-def _followed(goal: Message) -> Path:
-    return path_from_message(goal["trajectory"])[0]
+def _followed(goal: Message) -> Path | None:
+    """Return the path of a goal, None if it has more points than the robot takes: to read it would take long."""
+    trajectory = goal["trajectory"]
+    return None if len(trajectory["points"]) > MOST_SEGMENTS else path_from_message(trajectory)[0]

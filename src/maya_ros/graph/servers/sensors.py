@@ -9,7 +9,7 @@ from typing import Protocol
 
 from dmc41x3.language.record import DataRecord
 from maya_ros.graph.events import ControllerView
-from maya_ros.graph.markers import MarkerCache, MarkerScene, PathMarkers
+from maya_ros.graph.markers import PATIENCE, MarkerCache, MarkerScene, PathMarkers
 from maya_ros.graph.protocol import Graph, Message, Publisher, header
 from maya_ros.graph.servers.tasks import Clock, clock_or_loop, tasks
 from maya_ros.graph.table import JOINTS, MARKERS, POSITION, SENSORS, Row
@@ -85,7 +85,9 @@ class SensorServer:
         """Publish while the block runs."""
         rows = [POSITION, JOINTS, MARKERS, *([] if self._raw is None else [SENSORS])]
         publishers = {row.name: _advertised(graph, row) for row in rows}
-        ways = self._ways = PathMarkers(graph, self._layer.workspace.mechanism, lambda: self._layer.state.joints)
+        ways = self._ways = PathMarkers(
+            graph, self._layer.workspace.mechanism, lambda: self._layer.state.joints, PATIENCE * self._speed
+        )
         try:
             async with tasks() as working:
                 working.begin(self._follow(publishers), "sensors")
@@ -122,6 +124,8 @@ class SensorServer:
         record = None if self._raw is None or not publishers[SENSORS.name].readers else self._raw()
         if record is not None:
             publishers[SENSORS.name].publish(raw_message(record, self._config, seconds))
+        if self._ways is not None:
+            self._ways.update(state)
         self._draw(publishers[MARKERS.name], state)
 
     def _draw(self, markers: Publisher, state: State) -> None:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import asyncio
+from dataclasses import replace
 
 import pytest
 
+from maya_ros.graph import markers
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.conversions import path_to_message
 from maya_ros.graph.markers import PathMarkers
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
+from maya_un.controller.planner import MOST_SEGMENTS
 from maya_un.motion import Path
-from maya_un.values import Point
+from maya_un.values import Mode, Point
 from tests.graphs import controller_node
 from tests.strategies import WORKSPACE
+from tests.streaming import REST
 from tests.virtual_time import elapse
 
 MECHANISM = WORKSPACE.mechanism
@@ -121,3 +125,48 @@ async def test_subscriber_sees_the_path_appear_and_disappear() -> None:
         assert ("path", 2) not in told
         await elapse(2.0)  # a state of the robot at rest comes once a second
         assert ("path", 2) in told
+
+
+async def test_goal_that_no_result_would_end_or_that_is_too_long_has_no_marker() -> None:
+    bus = Bus()
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
+    goals = bus.node("rostopic").advertise("/controller/follow/goal", "maya_controller/FollowActionGoal")
+    line = follow(Path.line(START, END))
+    goals.publish({"goal": line})
+    await elapse(0.1)
+    assert ways.way == ()
+    points = [{"positions": [0.5 + 0.001 * (place % 300), 1.2, 1.5]} for place in range(MOST_SEGMENTS + 1)]
+    for name, count in (("long", MOST_SEGMENTS + 1), ("fits", MOST_SEGMENTS)):
+        trajectory = {"joint_names": ["a", "b", "c"], "points": points[:count]}
+        goals.publish({"goal_id": {"id": name}, "goal": {"trajectory": trajectory}})
+        await elapse(0.1)
+        assert bool(ways.way) == (name == "fits")
+
+
+async def test_goals_are_not_computed_before_they_are_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus, computed = Bus(), list[object]()
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
+    goals = bus.node("rostopic").advertise("/controller/follow/goal", "maya_controller/FollowActionGoal")
+    monkeypatch.setattr(markers, "way_of", lambda route, _: computed.append(route) or (START,))
+    for number in range(2 * markers.MOST_GOALS):
+        goals.publish({"goal_id": {"id": str(number)}, "goal": follow(Path.line(START, END))})
+        await elapse(0.01)
+    assert computed == []
+    assert [*ways.way, *ways.way] == [START, START]
+    assert len(computed) == 1
+
+
+async def test_path_without_a_result_disappears_when_the_robot_is_at_rest() -> None:
+    bus = Bus()
+    ways = PathMarkers(bus.node("sensors"), MECHANISM, lambda: HERE)
+    goals = bus.node("rostopic").advertise("/controller/follow/goal", "maya_controller/FollowActionGoal")
+    goals.publish({"goal_id": {"id": "lost"}, "goal": follow(Path.line(START, END))})
+    for wait, mode, drawn in (
+        (0.1, Mode.IDLE, True),
+        (10.0, Mode.MOVING, True),
+        (10.0, Mode.PAUSED, True),
+        (0.1, Mode.IDLE, False),
+    ):
+        await elapse(wait)
+        ways.update(replace(REST, mode=mode))
+        assert bool(ways.way) == drawn, mode
