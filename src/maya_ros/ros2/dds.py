@@ -53,6 +53,12 @@ def _qos(quality: Quality, user_data: str) -> Qos:
     )
 
 
+def _writing_qos(quality: Quality, user_data: str) -> Qos:
+    """Return the policies of a writer: without those of the durability service, later readers get one message."""
+    kept = Policy.DurabilityService(0, Policy.History.KeepLast(quality.depth), -1, -1, -1)
+    return _qos(quality, user_data) + (Qos(_OURS, kept) if quality.late else Qos(_OURS))
+
+
 @dataclass(slots=True)
 class Counts:
     """Numbers of messages that were not delivered: malformed ones, and those that a full queue displaced."""
@@ -191,7 +197,7 @@ class DdsGraph:
         self._wait.attach(self._guard)
         self._reading = threading.Thread(target=self._read, name="DDS reading", daemon=True)
         info = message_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
-        qos = _qos(Quality(1, late=True), f"typehash={info.hash};") + Qos(_OURS)
+        qos = _writing_qos(Quality(1, late=True), f"typehash={info.hash};")
         self._info = DataWriter(self._participant, Topic(self._participant, DISCOVERY, info.cls), qos)
         self._described = info
 
@@ -256,7 +262,7 @@ class DdsGraph:
     def _writer(
         self, node: str, topic: str, kind: SampleType, quality: Quality, outbox: Outbox, also: str
     ) -> SampleWriter:
-        qos = _qos(quality, f"typehash={kind.hash};{also}") + Qos(_OURS)
+        qos = _writing_qos(quality, f"typehash={kind.hash};{also}")
         raw = DataWriter[Any](self._participant, self._topic(topic, kind), qos)
         self._nodes.setdefault(node, _Node()).writers.append(raw.guid.bytes)
         self._writers.append(raw)
