@@ -11,7 +11,17 @@ from maya_ros.graph.access import SharedGuest, TokenChecker
 from maya_ros.graph.protocol import Graph
 from maya_ros.graph.servers.operations import asked_by_operation
 from maya_ros.rosbridge.endpoint import Endpoint
-from maya_un.http.origins import OriginPolicy
+from maya_un.errors import InvalidValue
+from maya_un.http.origins import OriginPolicy, host_of, origin_of
+
+
+def edge_of(pages: object) -> OriginPolicy:
+    """Return the policy with these pages, one text or a list of texts; raises `InvalidValue`."""
+    listed = [pages] if isinstance(pages, str) else pages
+    if not isinstance(listed, list) or not all(isinstance(page, str) for page in listed):
+        raise InvalidValue(key="origins", value=repr(pages), reason="it must be a text or a list of texts")
+    origins = frozenset(map(origin_of, listed))
+    return OriginPolicy(hosts=frozenset(map(host_of, origins)), origins=origins)
 
 
 async def endpoint_of(graph: Graph, now: Callable[[], float], edge: OriginPolicy, users: TokenChecker) -> Endpoint:

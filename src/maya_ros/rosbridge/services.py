@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import itertools
 from collections.abc import Callable
-from math import isfinite
 from typing import Any
 
 from dmc41x3.i18n import phrase
@@ -115,12 +114,16 @@ def request_of(arguments: Any) -> Request:
     raise InvalidRequest(key="args", reason="it must be an object, or a list of the values of its fields")
 
 
+_NEVER = 2**63
+"""A timeout must be less [s]: whole numbers of JSON have no limit, and those of the clock have one."""
+
+
 def _patience(fields: Fields) -> float | None:
     """Return the longest wait of the client [s], None without a limit."""
     found = fields.get("timeout")
     if found is None:
         return None
-    if not isinstance(found, int | float) or isinstance(found, bool) or not isfinite(found):
+    if not isinstance(found, int | float) or isinstance(found, bool) or not abs(found) < _NEVER:
         raise InvalidRequest(key="timeout", reason="it must be a number of seconds")
     return float(found) if found > 0.0 else None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import replace
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -61,6 +62,8 @@ def test_invalid_message_is_refused_by_key(text: str | bytes, key: str) -> None:
     [
         ({"state": {"rate": 0.05}}, "state.rate"),
         ({"state": {"rate": 101}}, "state.rate"),
+        ({"state": {"rate": 10**400}}, "state.rate"),
+        ({"state": {"rate": nan}}, "state.rate"),
         ({"state": {"rate": True}}, "state.rate"),
         ({"state": {"rate": "10"}}, "state.rate"),
         ({"state": {"hertz": 10}}, "state.hertz"),

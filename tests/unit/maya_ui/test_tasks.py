@@ -74,6 +74,7 @@ def test_a_job_that_is_repeated_is_written_out() -> None:
         ("steps: [{pick: [1, 2]}]", "job_height_unknown"),
         ("steps: [{pick: [1, 2, 3, 4]}]", "job_place_unreadable"),
         ("steps: [{pick: [1, 2, .nan]}]", "job_place_unreadable"),
+        (f"steps: [{{pick: [1, 2, 1{400 * '0'}]}}]", "job_place_unreadable"),
         ("steps: [{pick: [1, 2, true]}]", "job_place_unreadable"),
         ("parts: [a]\nsteps: [home]", "job_unreadable"),
     ],

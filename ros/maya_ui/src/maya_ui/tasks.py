@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any, Iterator, Sequence
 
 import yaml
@@ -135,8 +134,12 @@ def _target(number: int, place: Any, grasp_height: float | None) -> tuple[float,
     return float(numbers[0]), float(numbers[1]), float(numbers[2])
 
 
+_TOO_FAR = 1e6
+"""No robot reaches as far [m]; a larger whole number may not even fit into a float."""
+
+
 def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _TOO_FAR
 
 
 def _short(value: object) -> str:

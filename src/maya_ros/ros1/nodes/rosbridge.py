@@ -20,9 +20,8 @@ from maya_ros.ros1.controlling import ros_time
 from maya_ros.ros1.master import settle_namespace, told, whole
 from maya_ros.ros1.node import RosNode, require_master, run
 from maya_ros.ros1.rights import looked
-from maya_ros.ros1.serving import endpoint_of
+from maya_ros.ros1.serving import edge_of, endpoint_of
 from maya_ros.rosbridge.endpoint import PORT
-from maya_un.http.origins import OriginPolicy, host_of, origin_of
 from maya_un.http.sockets import bound_socket
 from maya_un.namespace import namespace
 
@@ -39,17 +38,13 @@ async def serve(node: RosNode) -> None:
     """Serve until cancelled; raises `AddressInUse`, `InvalidValue` and `StorageDamaged`."""
     listener = bound_socket(await node.number("port", 0 if namespace() else PORT))
     url = "ws://{}:{}".format(*listener.getsockname()[:2])
+    edge = edge_of(await node.parameter("origins", []))
     async with looked() as users:
-        endpoint = await endpoint_of(node.graph, ros_time, await _edge(node), users)
+        endpoint = await endpoint_of(node.graph, ros_time, edge, users)
         async with endpoint.serving(listener):
             await node.graph.parameters.set(URL, url)
             node.say(f"rosbridge is served at {url}.")
             await asyncio.Event().wait()
-
-
-async def _edge(node: RosNode) -> OriginPolicy:
-    origins = frozenset(origin_of(str(page)) for page in await node.parameter("origins", []))
-    return OriginPolicy(hosts=frozenset(map(host_of, origins)), origins=origins)
 
 
 _LOOK = 0.2

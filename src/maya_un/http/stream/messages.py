@@ -14,7 +14,7 @@ import struct
 from asyncio.transports import BaseTransport
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from math import isfinite
+from math import inf, isfinite
 from operator import attrgetter
 from typing import Any
 
@@ -222,7 +222,7 @@ def _rate(wanted: object) -> float | None:
     if wanted is None:
         return None
     rate = _part(wanted, "state", frozenset({"rate"})).get("rate", 10.0)
-    if not isinstance(rate, int | float) or isinstance(rate, bool) or not isfinite(rate):
+    if not isinstance(rate, int | float) or isinstance(rate, bool) or not abs(rate) < inf:
         raise InvalidRequest(key="state.rate", reason="it must be a number [Hz]")
     if not SLOWEST <= rate <= FASTEST:
         raise InvalidRequest(

@@ -14,13 +14,15 @@ from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import success
 from maya_ros.graph.protocol import Feedback, Message
 from maya_ros.graph.table import HOME, MOVE
-from maya_ros.ros1.serving import endpoint_of
+from maya_ros.ros1.serving import edge_of, endpoint_of
 from maya_ros.rosbridge.endpoint import Endpoint, Everybody
-from maya_un.errors import MayaError, NotSignedIn
+from maya_un.errors import InvalidValue, MayaError, NotSignedIn
 from maya_un.http.origins import OriginPolicy
 from maya_un.service.access.operations import ROS, Caller, Role
 from tests.rosbridge_clients import DATE, ClientOutput
 from tests.virtual_time import turn
+
+PAGE = "http://localhost:5173"
 
 
 class Users(Everybody):
@@ -128,3 +130,15 @@ def test_nothing_remains_of_a_client_whose_rights_have_ended(local: bool) -> Non
         assert [code for code, _ in wire.ended] == [NotSignedIn.code]
 
     run(main())
+
+
+@pytest.mark.parametrize("pages", [PAGE, [PAGE]])
+def test_origins_are_one_page_or_several(pages: object) -> None:
+    assert edge_of(pages).origins == {PAGE}
+    assert edge_of([]) == OriginPolicy()
+
+
+@pytest.mark.parametrize("pages", [5, {PAGE: 1}, [PAGE, 5], None, True, "", "http://"])
+def test_origins_of_another_form_are_refused(pages: object) -> None:
+    with pytest.raises(InvalidValue, match="origin"):
+        edge_of(pages)

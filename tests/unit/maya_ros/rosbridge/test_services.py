@@ -78,6 +78,8 @@ async def test_client_continues_during_its_calls_and_gets_answers_as_they_are_re
         ({"service": "/s", "args": [2]}, "4018"),
         ({"service": "/s", "args": "true"}, "4005"),
         ({"service": "/s", "timeout": "soon"}, "4005"),
+        ({"service": "/s", "timeout": 10**400}, "4005"),
+        ({"service": "/s", "timeout": -(10**400)}, "4005"),
         ({"service": "/s", "compression": "gzip"}, "4005"),
         ({"service": "/s", "fragment_size": 1}, "4005"),
         ({"service": "/a b"}, "4005"),
