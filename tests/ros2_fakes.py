@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from maya_ros.ros2.dds import Counts
+from tests.virtual_time import elapse, turn
 
 
 class FakeWriter:
@@ -68,6 +68,7 @@ class FakeDds:
 
 async def rest(time: float = 0.0) -> None:
     """Let the loop do what is ready, and what that makes ready, for some time [s]."""
-    await asyncio.sleep(time)
+    if time:
+        await elapse(time)
     for _ in range(20):
-        await asyncio.sleep(0)
+        await turn()
