@@ -137,7 +137,7 @@ _FOR_ANOTHER: Mapping[Operation, Operation] = {
     Operation.RENEW: Operation.LEND,
     Operation.ME: Operation.USERS,
 }
-"""What operations on one's own jobs, lease and account become for those of another user."""
+"""The operations that jobs, a lease and an account of another user need instead of those for one's own."""
 
 
 def _at_rights(caller: Caller) -> Caller:

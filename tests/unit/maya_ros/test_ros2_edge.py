@@ -20,7 +20,7 @@ from tests.ros2_fakes import FakeDds, rest
 
 
 class Insider(Guest):
-    """A guest that may everything that `ROS` may."""
+    """A guest with the access of `ROS`."""
 
     def __init__(self) -> None:
         super().__init__("ros2")
