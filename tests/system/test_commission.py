@@ -12,6 +12,7 @@ import pytest
 from dmc41x3.driver import Driver
 from dmc41x3.loops import run_virtual
 from dmc41x3.twin.timeline import TimelinePiece
+from dmc41x3.wire.transport import Transport
 from maya_un import errors
 from maya_un.assembly.controller import machine_of
 from maya_un.assembly.stack import stack
@@ -20,6 +21,7 @@ from maya_un.commission.progress import report
 from maya_un.commission.questions import ALREADY, QUIT, Question
 from maya_un.commission.steps import STEPS, STROKE_DIFFERS
 from maya_un.config import Config, load
+from maya_un.controller.controller import GalilController
 from maya_un.errors import LinkLost, LinkTimeout, MachineError, NotConnected
 from maya_un.machine.truth import TrueConstants
 from maya_un.machine.wiring_faults import KINDS, WiringFault
@@ -325,6 +327,31 @@ async def lost(key: str) -> None:
 def test_a_lost_link_stops_the_axes_and_a_later_call_continues(campaign: Campaign) -> None:
     for key in campaign.some(MOVES, ci=1):
         run_virtual(lost(key))
+
+
+def test_next_program_takes_the_boom_s_torque_limit_of_before_a_commissioning_that_lost_its_link() -> None:
+    async def lost() -> None:
+        on = bench(Config(), seed=3)
+        other = await Driver.open(on.twin.controller.loopback(), timeout=1.0)
+        before = await other.value("_TLA")
+        on.person.on_ask = lambda question: on.twin.controller.cut() if question.key == "direction.a.seen" else None
+        with pytest.raises(MachineError):
+            await on.run(home=False)
+        await elapse(5.0)
+
+        async def dial() -> Transport:
+            return on.twin.controller.loopback()
+
+        other = await Driver.open(on.twin.controller.loopback(), timeout=1.0)
+        assert await other.value("_TLA") < 0.5 * before
+        controller = GalilController(dial, "twin", Config())
+        await controller.open()
+        assert await other.value("_TLA") == pytest.approx(before, abs=1e-3)
+        await controller.close()
+        await other.close()
+        await on.twin.controller.close()
+
+    run_virtual(lost())
 
 
 def test_an_axis_that_something_stops_on_the_way_back_is_named() -> None:

@@ -20,7 +20,7 @@ from maya_un.cancellation import run_to_end
 from maya_un.commission.judgement import SIDES, SWITCHES, Readings, Trial
 from maya_un.config import Config, Units
 from maya_un.controller import state_builder
-from maya_un.controller.registers import Dial, Registers, Torque, identify
+from maya_un.controller.registers import NOT_NOTED, Dial, Registers, Torque, identify, noted
 from maya_un.controller.seek import SETTLE, AxesReading, look_at
 from maya_un.controller.watchdog import Watchdog, WatchdogStatus
 from maya_un.errors import CommandRejected, MachineError, MayaError, SwitchBlocks
@@ -51,7 +51,6 @@ LINES = (2.0, 4.0)
 """Torque limits of a line [loads], before the one for the greatest tension."""
 
 _MOST = 9.9982
-_NOT_NOTED = -1
 _LEAST = 20
 _STEP = 20.0 / 65536.0
 _AT_LIMIT = 22
@@ -103,18 +102,18 @@ class GuardedMachine:
         """Note the torque limits of the machine, in the controller too, to restore them after a lost link."""
         for letter in "ABC":
             try:
-                volts = await self.driver.value(_noted(letter))
+                volts = await self.driver.value(noted(letter))
             except CommandRejected:
-                volts = _NOT_NOTED
+                volts = NOT_NOTED
             if volts < 0.0:
                 volts = await self.driver.value(f"_TL{letter}")
-                await self.driver.send(f"{_noted(letter)}={volts:.4f}")
+                await self.driver.send(f"{noted(letter)}={volts:.4f}")
             self._torque[letter] = volts
 
     async def restore_torque(self) -> None:
         """Write the noted torque limits back; raises as `Driver.batch`."""
         for letter, volts in self._torque.items():
-            await self.driver.batch([f"TL{letter}={volts + 1e-5:.5f}", f"{_noted(letter)}={_NOT_NOTED}"])
+            await self.driver.batch([f"TL{letter}={volts + 1e-5:.5f}", f"{noted(letter)}={NOT_NOTED}"])
         self._torque = {}
 
     async def look(self) -> AxesReading:
@@ -261,11 +260,6 @@ class GuardedMachine:
 
     def _off(self, look: AxesReading, axis: int) -> bool:
         return look.record.axes[self._order[axis]].motor_off
-
-
-def _noted(letter: str) -> str:
-    """Return the variable of the controller with the torque limit of an axis before a commissioning."""
-    return f"mayatl{letter.lower()}"
 
 
 def _cut(volts: float) -> float:

@@ -194,7 +194,7 @@ class GalilController:
         try:
             await self._lookout.claim(driver, take_over=take_over)
             if not self._monitor.moving():
-                await self._monitor.registers.configure(driver)
+                await self._monitor.registers.adopt(driver)
             await self._lookout.install_guard(driver)
         except BaseException:
             await self._end()
@@ -326,7 +326,7 @@ class GalilController:
         if monitor.moving():
             raise Busy(doing="the axes finish an earlier motion")
         await self._lookout.require_owned(driver)
-        await monitor.registers.configure(driver)
+        await monitor.registers.adopt(driver)
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
         """Move to `target` (rad, m, m), straight in joint space; `speed` scales the limits, from 0.001 to 1."""
@@ -492,7 +492,7 @@ class GalilController:
             if record.amplifier_status:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
             await self._lookout.claim(driver, take_over=take_over)
-            await monitor.registers.configure(driver)
+            await monitor.registers.adopt(driver)
             await self._lookout.install_guard(driver)
             if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
                 raise AbortInput

@@ -117,6 +117,26 @@ def commands(limits: Volts) -> list[str]:
     return [f"TL{letter}={volts + 1e-5:.5f}" for letter, volts in limits.items()]  # rounded up: the controller cuts
 
 
+NOT_NOTED = -1
+"""Value of a variable `noted` that notes nothing."""
+
+
+def noted(letter: str) -> str:
+    """Return the variable of the controller with the torque limit of an axis before a commissioning [V]."""
+    return f"mayatl{letter.lower()}"
+
+
+async def restore_torque(driver: Driver) -> None:
+    """Put the torque limits back that a commissioning noted in the controller and could not put back itself."""
+    for letter in "ABC":
+        try:
+            volts = await driver.value(noted(letter))
+        except CommandRejected:
+            return  # a commissioning notes them in this order: nothing is noted
+        if 0.0 <= volts <= _MOST + _SAME:
+            await driver.batch([*commands({letter: volts}), f"{noted(letter)}={NOT_NOTED}"])
+
+
 _SAMPLE = 1000
 """TM [us, nominal]: speeds and the guard's time refer to this value."""
 
@@ -297,6 +317,12 @@ class Registers:
         plane = {name: value for name, value in found.items() if name.endswith("S") and len(name) == 4}
         self._kept = {name: value for name, value in found.items() if name not in self._wanted and name not in plane}
         self._expected = found | self._wanted
+
+    async def adopt(self, driver: Driver) -> None:
+        """Do what `configure` does, and the first time accept the machine's values from before a commissioning."""
+        if not self.written:
+            await restore_torque(driver)
+        await self.configure(driver)
 
     def forget(self) -> None:
         """Expect no values until the registers are configured again."""

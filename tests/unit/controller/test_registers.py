@@ -1,12 +1,17 @@
 from __future__ import annotations
 
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
 import pytest
 
+from dmc41x3.wire.transport import Transport
 from maya_un.config import Config
 from maya_un.config.files import parse
+from maya_un.controller.controller import GalilController
 from maya_un.controller.registers import GROUPS, Registers, identify, wanted
 from maya_un.errors import CommandRejected, LinkTimeout, ParameterMismatch, WrongController
-from maya_un.testing import rig
+from maya_un.testing import Rig, rig
 from tests.unit.controller.bench import FIRMWARE, box, commands_in, foreign
 from tests.unit.dmc41x3.scripted import conversation
 
@@ -132,6 +137,7 @@ async def test_connecting_says_nothing_that_moves() -> None:
             "\x12\x16",
             "QR",
             "MG",
+            "TC",
             "VF",
             "TM",
             "CN",
@@ -145,3 +151,33 @@ async def test_connecting_says_nothing_that_moves() -> None:
             "FL",
             "BL",
         } | {"TK", "TL", "GR"}
+
+
+@asynccontextmanager
+async def opened(bench: Rig) -> AsyncIterator[GalilController]:
+    """Give another program's controller, after the one of `bench` has ended."""
+    await bench.controller.close()
+
+    async def dial() -> Transport:
+        return bench.virtual.loopback()
+
+    another = GalilController(dial, "twin", bench.controller.config)
+    await another.open()
+    yield another
+    await another.close()
+
+
+async def test_torque_limit_that_a_commissioning_left_does_not_become_the_machines() -> None:
+    async with rig() as bench:
+        await foreign(bench, "TLA=1", "mayatla=7.5", "mayatlb=-1")
+        async with opened(bench) as controller:
+            assert await foreign(bench, "MG _TLA", "MG mayatla", "MG mayatlb") == ["7.5000", "-1.0000", "-1.0000"]
+            assert controller._monitor.registers._expected["_TLA"] == 7.5
+
+
+@pytest.mark.parametrize("noted", ["-1", "10.5"])
+async def test_torque_limit_of_the_machine_is_kept_without_a_noted_one(noted: str) -> None:
+    async with rig() as bench:
+        await foreign(bench, "TLA=6", f"mayatla={noted}")
+        async with opened(bench):
+            assert [float(reply) for reply in await foreign(bench, "MG _TLA")] == pytest.approx([6.0], abs=1e-3)
