@@ -22,7 +22,7 @@ from maya_un.controller.homing import homed_pose
 from maya_un.errors import DatumContradicted, DatumNeeded, DatumRefused, InvalidValue, MayaError, NotHomed, Unreachable
 from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
-from maya_un.values import AXES, Joints
+from maya_un.values import AXES, Joints, Mode
 from tests.campaign import Campaign
 from tests.conventions.source import ROOT
 from tests.machines import keys_of_machine
@@ -226,6 +226,23 @@ async def test_guarded_move_ends_before_the_lines_are_straight() -> None:
         assert ended[-1].limit == "tension"
         assert bench.mechanics.record.peak_tension < 3.0
         assert bench.mechanics.record.stall_time == 0.0
+
+
+@pytest.mark.parametrize(("start", "way"), [(0.02, -0.05), (Config().axes.a.maximum - 0.02, 0.05)])
+async def test_guarded_move_ends_at_a_switch_and_leaves_it_again(start: float, way: float) -> None:
+    lines = {"b": {"switches": "none"}, "c": {"switches": "none"}}
+    async with rig(parse({"axes": lines}), start=StartPose(start, 1.5, 1.3), live=True) as bench:
+        met = await bench.controller.guarded_move("a", way)
+        assert abs(met.distance) < abs(way)
+        assert (met.limit, bool(met.reason)) == ("switch", True)
+        there = bench.mechanics.true_joints()
+        again = await bench.controller.guarded_move("a", way)
+        assert (again.distance, again.limit) == (0.0, "switch")
+        assert bench.mechanics.true_joints() == pytest.approx(there, abs=1e-5)
+        assert bench.controller.state.mode is Mode.NOT_HOMED
+        back = await bench.controller.guarded_move("a", -way)
+        assert (back.distance, back.limit) == (pytest.approx(-way, abs=1e-3), "")
+        assert_safe(bench)
 
 
 async def test_homed_robot_makes_no_guarded_moves() -> None:

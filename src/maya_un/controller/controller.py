@@ -295,7 +295,8 @@ class GalilController:
     async def guarded_move(self, axis: str, distance: float) -> Jogged:
         """Move one axis of a robot that is not homed by at most `datum.NUDGE`, slowly; return the distance moved.
 
-        Raises `InvalidValue`, `DatumRefused`, `HomingStalled` if the axis does not follow, and the errors of a motion.
+        It ends at a limit switch, and does not begin towards an active one: the answer names what it met. Raises
+        `InvalidValue`, `DatumRefused`, `HomingStalled` if the axis does not follow, and the errors of a motion.
         """
         number, monitor = datum.require_nudge(axis, distance), self._monitor
         async with self._motion(GUARDED_MOVE, homed=False) as (command, driver):
@@ -306,12 +307,12 @@ class GalilController:
             await monitor.power(driver)
             await self._lookout.wake_guard(driver)
             seeker = self._seeker(command, driver)
-            gone, reason = await guarded_move(seeker, self.config, self.units, number, distance)
+            gone = await guarded_move(seeker, self.config, self.units, number, distance)
             monitor.seeking = False
             await monitor.look()
             monitor.hold(driver)
         monitor.publish()
-        return Jogged(axis, gone, "tension" if reason else "", reason)
+        return Jogged(axis, gone.distance, gone.limit, gone.reason)
 
     def _seeker(self, command: RunningCommand, driver: Driver) -> Seeker:
         """Return what moves axes at unknown positions, and expect such motion."""

@@ -431,12 +431,21 @@ class HomingRun:
         return error
 
 
-async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, distance: float) -> tuple[float, str]:
-    """Move one axis slowly by `distance` (rad or m); return how far it moved, and why it ended early, "" if not.
+class GuardedMove(NamedTuple):
+    """How far a guarded move went (rad or m), and what ended it early with the reason, "" if nothing did."""
+
+    distance: float
+    limit: str = ""
+    reason: str = ""
+
+
+async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, distance: float) -> GuardedMove:
+    """Move one axis slowly by `distance` (rad or m), until it meets its switch at most; towards an active one, not.
 
     A line that becomes shorter ends when it carries `ENOUGH` loads. Raises as `Seeker.go` does, and `HomingStalled`.
     """
     tight = False
+    ahead = FORWARD if distance > 0.0 else REVERSE
 
     def until(look: AxesReading) -> bool:
         nonlocal tight
@@ -447,13 +456,19 @@ async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, 
         return tight
 
     before = await seeker.survey()
+    if before.at(axis, ahead):
+        return GuardedMove(0.0, "switch", phrase("its limit switch at this end is active"))
     slow = config.axes.a.speed_counts / 20 / units.per_unit[A] if axis == A else 2.0 * config.homing.slow_speed
     try:
         after = await seeker.go({axis: distance}, slow, poll=0.05, until=until)
     except Stall as stall:
         raise seeker.stalled(stall, phrase("it pushes against something and no switch is active")) from stall
     gone = (after.reference[axis] - before.reference[axis]) / units.per_unit[axis]
-    return gone, phrase("the line carries twice the load") if tight else ""
+    if tight:
+        return GuardedMove(gone, "tension", phrase("the line carries twice the load"))
+    if after.met(axis, ahead):
+        return GuardedMove(gone, "switch", phrase("its limit switch at this end is active"))
+    return GuardedMove(gone)
 
 
 def _safe_step(load: float, width: float) -> float:
