@@ -421,9 +421,9 @@ class _FirestoreChannel:
         """Read the keys of the open commands."""
         before = set(self._ids)
         keys = await self._documents.keys((*self._path, "commands"), MOST_AT_ONCE)
-        for key in before - set(keys):
-            self._close(key)  # another program removed the command
-        if len(keys) < MOST_AT_ONCE:
+        if len(keys) < MOST_AT_ONCE:  # else there may be more commands
+            for key in before - set(keys):
+                self._close(key)  # another program removed the command
             self._claims.keep_only(keys)
         self._waiting = [key for key in keys if key not in self._ids]
 

@@ -127,6 +127,25 @@ def test_a_command_that_is_removed_gets_no_result(database: RealtimeDatabase) ->
     assert results_written(database) == []
 
 
+def test_command_under_way_stays_claimed_while_there_are_too_many_others(
+    database: RealtimeDatabase, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("maya_un.coms.firestore.MOST_AT_ONCE", 3)
+    put(database, "z", home("z"))
+
+    async def story(channel: SupervisorChannel) -> None:
+        first = await channel.receive()
+        for key in "abc":  # Firestore returns the first documents in the order of their names
+            put(database, key, home(key))
+        assert (await channel.receive()).key == "a"
+        claims = database.document(f"{ROBOT}/state/session")["claims"]
+        assert claims.keys() == {"a", "b", "c", "z"}
+        await channel.send(result(first))
+
+    run_story(story, firestore())
+    assert results_written(database) == ["z"]
+
+
 def test_a_command_may_be_of_the_old_form(database: RealtimeDatabase) -> None:
     database.set_document(ROBOT, {"default_command": "approach"})
     put(database, "k", {"args": {"x": 1, "y": 2, "z": 3}})
