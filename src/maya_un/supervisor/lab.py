@@ -21,11 +21,12 @@ import aiomqtt
 from paho.mqtt.reasoncodes import ReasonCode
 from paho.mqtt.subscribeoptions import SubscribeOptions
 
+from dmc41x3.i18n import phrase
 from maya_un.coms.mqtt import SESSION, VERSION, Broker, BrokerClient, PublishRefused, correlation_id, topic
 from maya_un.coms.selection import broker_of
 from maya_un.coms.settings import from_environment, password_warning
 from maya_un.coms.transport import first_to_end, keep
-from maya_un.errors import BrokerRefused, MayaError
+from maya_un.errors import BrokerRefused, MayaError, StepFailed
 from maya_un.steps.text import StepEnd
 from maya_un.supervisor.primitives import PrimitiveCommands
 from maya_un.supervisor.step import Step, check, command_text, progress_of, result_of
@@ -71,7 +72,8 @@ class Supervisor:
     name of this computer. `deadline` is the time within which a step must start [s].
 
     It logs a warning if it sends the password to another computer without encryption. Entering raises
-    `SupervisorsNotReached` if the broker does not answer; later it reconnects automatically.
+    `SupervisorsNotReached` if the broker does not answer; later it reconnects automatically. At the end of the block,
+    every step without a result ends with `StepFailed`: its error says whether the step was sent.
     """
 
     def __init__(self, url: str | None = None, *, name: str | None = None, deadline: float = DEADLINE) -> None:
@@ -94,9 +96,12 @@ class Supervisor:
         self._wanted: set[str] = set()
         self._watchers: set[Callable[[Event], None]] = set()
         self._displays: set[Callable[[Event], None]] = set()
+        self._published: set[str] = set()
         self._running: asyncio.Task[None] | None = None
+        self._closed = False
 
     async def __aenter__(self) -> Supervisor:
+        self._closed = False
         ready: asyncio.Future[None] = asyncio.get_running_loop().create_future()
 
         def failed(error: MayaError) -> None:
@@ -122,6 +127,17 @@ class Supervisor:
         assert self._running is not None
         self._running.cancel()
         await asyncio.gather(self._running, return_exceptions=True)
+        self._closed = True
+        for step in tuple(self._steps.values()):
+            self._give_up(step)
+
+    def _give_up(self, step: Step) -> None:
+        """End a step of which no result can come any more."""
+        if step.id in self._published:
+            reason, code = phrase("the program closed the connection before the result came"), "RESULT_UNKNOWN"
+        else:
+            reason, code = phrase("the program closed the connection before it sent the step"), "NOT_SENT"
+        self._end(step, StepFailed(id=step.id, robot=step.robot, error=reason, error_code=code))
 
     @property
     def trouble(self) -> str | None:
@@ -145,6 +161,8 @@ class Supervisor:
             step = self._steps[id_] = self._unsent[id_] = Step(id_, robot, text)
             self._wanted.add(robot)
             self._work.set()
+        if self._closed:
+            self._give_up(step)
         return step
 
     async def watch(self, *, everything: bool = False) -> AsyncIterator[Event]:
@@ -243,6 +261,7 @@ class Supervisor:
         step.ended(how)
         self._steps.pop(step.id, None)
         self._unsent.pop(step.id, None)
+        self._published.discard(step.id)
 
     async def _send(self, client: BrokerClient) -> None:
         while True:
@@ -252,7 +271,9 @@ class Supervisor:
                 await self._follow(client, name)
                 self._heard.add(name)
             for step in tuple(self._unsent.values()):
-                if step.robot in self._heard:  # else its result would be missed; the next round sends it
+                if (
+                    step.id in self._unsent and step.robot in self._heard
+                ):  # else its result would be missed; the next round sends it
                     await self._publish(client, step)
 
     async def _follow(self, client: BrokerClient, name: str) -> None:
@@ -273,11 +294,13 @@ class Supervisor:
                 self._display("refused", topic=where)
 
     async def _publish(self, client: BrokerClient, step: Step) -> None:
+        """Publish a step; it is published again if its robot connects meanwhile."""
+        del self._unsent[step.id]
+        self._published.add(step.id)
         try:
             await client.publish_checked(topic(step.robot, "commands"), step.text)
         except PublishRefused as error:
             self._end(step, BrokerRefused(where=self._broker.where, reason=str(error)))
-        self._unsent.pop(step.id, None)
 
 
 class Robot(PrimitiveCommands):

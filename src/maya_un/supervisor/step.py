@@ -114,7 +114,11 @@ class Step:
         return content_of(json.loads(self.text))
 
     async def outcome(self) -> StepEnd:
-        """Return the result, also that of a failed step; raises `BrokerRefused` for a step that the broker refused."""
+        """Return the result, also that of a failed step.
+
+        Raises `BrokerRefused` for a step that the broker refused, `StepFailed` for one without a result when its
+        supervisor ended.
+        """
         ended = await asyncio.shield(self._ended)
         if isinstance(ended, MayaError):
             raise ended
