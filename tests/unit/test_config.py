@@ -154,6 +154,8 @@ def test_an_angle_that_looks_like_degrees_is_called_so() -> None:
         ("axes.c.error_limit_counts", 0),
         ("axes.c.letter", "D"),
         ("controller.stream_rate", 0.0),
+        ("controller.stream_rate", 1e-9),
+        ("controller.stream_rate", 0.999),
         ("scale.pulses_per_metre", 1.0),
         ("gripper.output", 9),
         ("gripper.closed_by", "CB"),

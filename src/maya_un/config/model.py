@@ -132,7 +132,7 @@ class ControllerConfig(ConfigSection):
         Address, Field(description="address for `--address real`: HOST, HOST:PORT, or a serial port as PATH[@BAUD]")
     ] = "192.168.1.156"
     timeout: Annotated[float, Field(gt=0.0, le=60.0, description="longest wait for a reply [s]")] = 2.0
-    stream_rate: Annotated[float, Field(gt=0.0, le=100.0, description="data records per second [Hz]")] = 20.0
+    stream_rate: Annotated[float, Field(ge=1.0, le=100.0, description="data records per second [Hz]")] = 20.0
     outputs: Annotated[
         tuple[Annotated[int, Field(ge=1, le=8)], ...],
         Field(

@@ -203,15 +203,19 @@ class GalilController:
         self._lookout.begin()
 
     async def close(self) -> None:
-        """Brake if something moves, and release the handle."""
-        if self._monitor.slot.current is not None and self._monitor.link.up:
-            await self.stop()
-            await self._monitor.slot.free()
-        await self._end()
+        """Brake if something moves, and release the handle, also if braking failed; then raises the error of `stop`."""
+        try:
+            if self._monitor.slot.current is not None and self._monitor.link.up:
+                await self.stop()
+                await self._monitor.slot.free()
+        finally:
+            await self._end()
 
     async def _end(self) -> None:
-        await self._lookout.close()
-        await self._monitor.close()
+        try:
+            await self._lookout.close()
+        finally:
+            await self._monitor.close()
 
     async def skip_home(self) -> None:
         """Adopt the homing whose mark is stored in the controller.

@@ -12,8 +12,9 @@ from dmc41x3.wire.transport import LoopbackTransport, Transport, loopback_pair
 from maya_un.config import Config
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.registers import DriverLink
-from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, NotConnected, WrongController
-from tests.unit.controller.bench import FIRMWARE, now, record_of
+from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, NotConnected, Stopped, WrongController
+from maya_un.testing import faults
+from tests.unit.controller.bench import FAR, FIRMWARE, homed, now, record_of
 from tests.unit.dmc41x3.scripted import Peer
 from tests.virtual_time import elapse
 
@@ -192,3 +193,15 @@ async def test_a_controller_that_hangs_up_behind_its_name_is_dialled_again() -> 
     assert monitor.link.up
     await monitor.close()
     await asyncio.gather(*wall.tasks)
+
+
+async def test_link_is_closed_although_the_stop_before_failed() -> None:
+    async with homed() as bench:
+        move = asyncio.create_task(bench.controller.move(FAR))
+        await elapse(5.0)
+        with faults.half_open(bench.virtual), pytest.raises(MachineError):
+            await bench.controller.close()
+        assert bench.controller._monitor.link._driver is None
+        assert bench.controller._monitor.link._keeper is None
+        await asyncio.wait({move})
+        assert isinstance(move.exception(), Stopped)

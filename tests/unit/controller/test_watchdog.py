@@ -8,6 +8,7 @@ import pytest
 
 from dmc41x3.driver import Driver
 from dmc41x3.wire.transport import Transport
+from maya_un.config import Config
 from maya_un.config.files import parse
 from maya_un.controller import watchdog_program
 from maya_un.controller.controller import GalilController
@@ -156,9 +157,14 @@ async def test_our_own_stop_and_abort_leave_the_watchdog_alone() -> None:
                 await bench.controller.recover()
 
 
+def hardly_read() -> Config:
+    """Return a machine whose record is read every 100 s, more seldom than a configuration file may ask for."""
+    config = Config()
+    return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": 0.01})})
+
+
 async def test_limit_is_reported_by_the_controller_itself() -> None:
-    slow = parse({"controller": {"stream_rate": 0.01}})
-    async with homed(slow, live=True) as bench:
+    async with homed(hardly_read(), live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
         met = now()
@@ -323,7 +329,7 @@ async def test_answers_without_sense_prove_nothing() -> None:
 
 
 async def test_many_reports_are_not_many_questions() -> None:
-    async with homed(parse({"controller": {"stream_rate": 0.01}}), live=True) as bench:
+    async with homed(hardly_read(), live=True) as bench:
         del bench.sent[:]
         for _ in range(100):
             bench.controller._lookout._on_message("MAYA limit")
