@@ -212,10 +212,8 @@ class GalilController:
             await self._end()
 
     async def _end(self) -> None:
-        try:
-            await self._lookout.close()
-        finally:
-            await self._monitor.close()
+        await self._lookout.close()
+        await self._monitor.close()
 
     async def skip_home(self) -> None:
         """Adopt the homing whose mark is stored in the controller.
@@ -316,7 +314,7 @@ class GalilController:
             await monitor.look()
             monitor.hold(driver)
         monitor.publish()
-        return Jogged(axis, gone.distance, gone.limit, gone.reason)
+        return gone
 
     def _seeker(self, command: RunningCommand, driver: Driver) -> Seeker:
         """Return what moves axes at unknown positions, and expect such motion."""
@@ -387,10 +385,7 @@ class GalilController:
         return True
 
     async def gripper(self, open_: bool) -> None:
-        """Open or close the gripper and wait until it has moved; no motion, so no homing is needed.
-
-        In a pause it waits for the end of the pause first.
-        """
+        """Open or close the gripper and wait until it has moved, in a pause after its end; needs no homing."""
         monitor = self._monitor
         with monitor.slot.take("open" if open_ else "close") as command:
             driver = monitor.ready(homed=False)
@@ -404,10 +399,7 @@ class GalilController:
             command.check()
 
     async def output(self, number: int, *, on: bool) -> None:
-        """Switch a digital output that `controller.outputs` lists (Galil SB, CB); raises `InvalidValue` for others.
-
-        In a pause it waits for the end of the pause first.
-        """
+        """Switch an output of `controller.outputs`, in a pause after its end; raises `InvalidValue` for others."""
         require_output(self.config, number)
         monitor = self._monitor
         with monitor.slot.take("output") as command:
@@ -587,12 +579,7 @@ class GalilController:
                     await self._stopping.rest(driver)
                 raise
             finally:
-                monitor.run = None
-                monitor.phase = None
-                monitor.seeking = False
-                monitor.unpausable = False
-                monitor.stopping = False
-                monitor.publish()
+                monitor.forget_motion()
 
     async def _at_rest_after(self, error: MachineError, driver: Driver) -> MachineError:
         """Come to rest, enter the fault state, and return the error that names its cause."""

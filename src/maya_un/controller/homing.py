@@ -31,6 +31,7 @@ from maya_un.config.model import MOST_SLACK
 from maya_un.controller.datum import shown
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
+from maya_un.schema.robot import Jogged
 from maya_un.values import AXES, Joints
 
 A, B, C = 0, 1, 2
@@ -431,15 +432,7 @@ class HomingRun:
         return error
 
 
-class GuardedMove(NamedTuple):
-    """How far a guarded move went (rad or m), and what ended it early with the reason, "" if nothing did."""
-
-    distance: float
-    limit: str = ""
-    reason: str = ""
-
-
-async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, distance: float) -> GuardedMove:
+async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, distance: float) -> Jogged:
     """Move one axis slowly by `distance` (rad or m), until it meets its switch at most; towards an active one, not.
 
     A line that becomes shorter ends when it carries `ENOUGH` loads. Raises as `Seeker.go` does, and `HomingStalled`.
@@ -457,7 +450,7 @@ async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, 
 
     before = await seeker.survey()
     if before.at(axis, ahead):
-        return GuardedMove(0.0, "switch", phrase("its limit switch at this end is active"))
+        return Jogged(AXES[axis], 0.0, "switch", phrase("its limit switch at this end is active"))
     slow = config.axes.a.speed_counts / 20 / units.per_unit[A] if axis == A else 2.0 * config.homing.slow_speed
     try:
         after = await seeker.go({axis: distance}, slow, poll=0.05, until=until)
@@ -465,10 +458,10 @@ async def guarded_move(seeker: Seeker, config: Config, units: Units, axis: int, 
         raise seeker.stalled(stall, phrase("it pushes against something and no switch is active")) from stall
     gone = (after.reference[axis] - before.reference[axis]) / units.per_unit[axis]
     if tight:
-        return GuardedMove(gone, "tension", phrase("the line carries twice the load"))
+        return Jogged(AXES[axis], gone, "tension", phrase("the line carries twice the load"))
     if after.met(axis, ahead):
-        return GuardedMove(gone, "switch", phrase("its limit switch at this end is active"))
-    return GuardedMove(gone)
+        return Jogged(AXES[axis], gone, "switch", phrase("its limit switch at this end is active"))
+    return Jogged(AXES[axis], gone)
 
 
 def _safe_step(load: float, width: float) -> float:

@@ -270,6 +270,12 @@ class Monitor:
         """Whether a motion of this program is under way."""
         return self.run is not None or self.phase is not None or self.seeking
 
+    def forget_motion(self) -> None:
+        """Show that the motion under way has ended."""
+        self.run = self.phase = None
+        self.seeking = self.unpausable = self.stopping = False
+        self.publish()
+
     def displace(self, error: MachineError) -> None:
         """Make the homing invalid, because of `error`; the first cause stays until `recover`."""
         self.homed = False
