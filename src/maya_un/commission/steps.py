@@ -327,15 +327,18 @@ async def _measured(
     """Ask how far an axis moved, and compare it with the encoder."""
     config = s.config
     step = "direction" if tolerance == COARSE else "travel"
-    text = phrase("How far did {part} move [mm]?", part=PARTS[axis])
+    text = phrase("How far did {part} move [mm]? After your answer it moves back: keep clear.", part=PARTS[axis])
     if axis == 0:
         text = phrase(
-            "How far did the boom move [mm], {distance:.0f} mm from its axis (below anchor c)?",
+            "How far did the boom move [mm], {distance:.0f} mm from its axis (below anchor c)? After your answer it "
+            "moves back: keep clear.",
             distance=config.geometry.length * 1e3,
         )
-    answer = float(await s.ask(Question(f"{step}.{AXES[axis]}.length", QuestionKind.LENGTH, text, axis=axis)))
-    measured = abs(answer) / 1e3 / (config.geometry.length if axis == 0 else 1.0)
     counted = abs(motion.moved(axis)) / machine.units.per_unit[axis]
+    back = {axis: (1.0 + COARSE) * counted}
+    question = Question(f"{step}.{AXES[axis]}.length", QuestionKind.LENGTH, text, axis=axis, most=back)
+    answer = float(await s.ask(question))
+    measured = abs(answer) / 1e3 / (config.geometry.length if axis == 0 else 1.0)
     s.read(counted=length_text(axis, counted), measured=length_text(axis, measured))
     factor = judgement.scale_factor(counted, measured, tolerance)
     if factor is None:
