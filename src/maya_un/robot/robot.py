@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from maya_un.config import Config
-from maya_un.controller.planner import OWN, drawer
+from maya_un.controller.planner import OWN, START_TOLERANCE, drawer
 from maya_un.controller.protocol import Controller
 from maya_un.errors import Busy, Faulted, NotConnected, NotHomed, PathRefused, Stopped, TrajectoryRefused, Unreachable
 from maya_un.events import PhaseBegun
@@ -274,7 +274,8 @@ class PlanningRobot:
     async def _planned(self, primitive: Primitive, speed: float = 1.0) -> PrimitivePlan:
         """Return the plan from the robot's position, which has not moved meanwhile; raises as `preview`.
 
-        A worker takes some time: raises `Stopped` if a stop comes meanwhile.
+        A worker takes some time: raises `Stopped` if a stop comes meanwhile. A difference that a motion may begin with
+        is no motion: the encoders of a robot at rest are never quite still.
         """
         if self._workers is None:
             return self._plans.plan(primitive, self.pose, speed)
@@ -284,8 +285,16 @@ class PlanningRobot:
             planned = await self._workers.run(plan, workspace, primitive, start, speed, whose=OWN)
             if self._controller.stops != stops:
                 raise Stopped
-            if (start, workspace) == (self.pose, self._controller.workspace):
+            if workspace == self._controller.workspace and _is_near(start, self.pose):
                 return planned.value
+
+
+def _is_near(one: Pose, other: Pose) -> bool:
+    """Return whether a motion that was planned from `one` may begin at `other`."""
+    if one.joints is None or other.joints is None:
+        return one == other
+    ways = zip(one.joints, other.joints, START_TOLERANCE, strict=True)
+    return one.gripper == other.gripper and all(abs(was - now) <= most for was, now, most in ways)
 
 
 class MayaRobot(PlanningRobot):

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import product, starmap
 from math import hypot
+from typing import cast
 
 import pytest
 
@@ -29,8 +30,9 @@ from maya_un.motion import Path, Space, between
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Approach, CanTeleop, Gripper, Home, MoveJoints, Pick, Place, Primitive
 from maya_un.robot.primitives.line import Line
-from maya_un.robot.robot import MayaRobot
+from maya_un.robot.robot import MayaRobot, Plans
 from maya_un.values import FARTHEST, GripperState, Joints, Mode, Point
+from maya_un.workers import Workers, WorkResult
 from tests.campaign import Campaign
 from tests.fakes import HOMING_TIME, FakeController, state_of
 from tests.virtual_time import elapse
@@ -413,3 +415,31 @@ async def test_line_through_unreachable_points_is_refused() -> None:
     behind = Pose(robot.pose.joints, GripperState.OPEN)
     with pytest.raises(Unreachable, match="anchors"):
         robot.preview(Line(Point(0.4, 0.9, 2.3)), behind)
+
+
+class _Meanwhile:
+    """Workers that compute at once; the position of the robot changes by `drifts` of line b [m] meanwhile."""
+
+    def __init__(self, controller: FakeController, drifts: list[float]) -> None:
+        self.plans = 0
+        self._controller = controller
+        self._drifts = iter(drifts)
+        self._builder = Plans(controller)
+
+    async def run(
+        self, _work: object, _workspace: object, primitive: Primitive, start: Pose, speed: float, whose: str = ""
+    ) -> object:
+        self.plans += 1
+        plan = self._builder.plan(primitive, start, speed)
+        here = self._controller.state.joints
+        assert here is not None
+        self._controller.state = replace(self._controller.state, joints=here._replace(b=here.b + next(self._drifts)))
+        return WorkResult([], plan)
+
+
+@pytest.mark.parametrize(("drifts", "plans"), [([0.0], 1), ([9e-5], 1), ([1e-3, -9e-5], 2)])
+async def test_encoders_that_are_never_still_delay_no_motion(drifts: list[float], plans: int) -> None:
+    controller = FakeController()
+    workers = _Meanwhile(controller, drifts)
+    await MayaRobot(controller, controller.config, cast("Workers", workers)).run(MoveJoints(START))
+    assert (workers.plans, controller.names()) == (plans, ["follow"])
