@@ -74,6 +74,7 @@ def robot() -> Iterator[Robot]:
 def found(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Robot:
     """Have commands find the robot."""
     monkeypatch.setattr(runtime, "find", lambda: runtime.Running(robot.url, os.getpid(), None))
+    monkeypatch.setattr(runtime, "claimant", os.getpid)
     return robot
 
 

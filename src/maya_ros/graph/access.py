@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -74,7 +74,7 @@ class Guest:
         elif not (self.local and operation in STOPPING):
             raise self._why
 
-    def asked_by(self, service: str, request: Request) -> Operation:
+    async def asked_by(self, service: str, request: Request) -> Operation:
         """Return the operation that a call needs; `can_teleop` only reads."""
         task = _field(request, "task")
         question = isinstance(task, dict) and task.get("command") == CanTeleop.command
@@ -105,11 +105,16 @@ class SharedGuest(Guest):
     """A client for whom the graph acts as its own user, because no message of the graph names its sender.
 
     So it needs the rights to what is done in the name of that user. Its lease does not go along: to drive, it needs a
-    role that may take the lease. `asked` are the operations of /call_operation by name.
+    role that may take the lease. `asked` returns the operations of /call_operation by name.
     """
 
     def __init__(
-        self, asked: Mapping[str, Operation], source: str = "", *, local: bool = True, lease: str = ""
+        self,
+        asked: Callable[[], Awaitable[Mapping[str, Operation]]],
+        source: str = "",
+        *,
+        local: bool = True,
+        lease: str = "",
     ) -> None:
         super().__init__(source, local=local, lease=lease)
         self._asked = asked
@@ -120,15 +125,15 @@ class SharedGuest(Guest):
         if RULES[operation].drives:
             super().require(Operation.LEND)
 
-    def asked_by(self, service: str, request: Request) -> Operation:
+    async def asked_by(self, service: str, request: Request) -> Operation:
         """Return the operation that a call needs; raises `InvalidRequest` for an unknown one of /call_operation."""
         if service != CALL_OPERATION.name:
-            return super().asked_by(service, request)
+            return await super().asked_by(service, request)
         name = _field(request, "operation")
         if not isinstance(name, str):
             raise InvalidRequest(key="operation", reason="it must be a text")
         operation_named(name)
-        return self._asked[name]
+        return (await self._asked())[name]
 
 
 _FOR_ANOTHER: Mapping[Operation, Operation] = {
@@ -198,7 +203,7 @@ class RestrictedGraph:
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service."""
-        self._guest.require(self._guest.asked_by(_whole(service), request))
+        self._guest.require(await self._guest.asked_by(_whole(service), request))
         return await self._graph.call(service, request, kind)
 
     def expect(self, *services: str) -> None:

@@ -17,13 +17,13 @@ from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.servers.process import Asker, sender
 from maya_ros.graph.table import CALL_OPERATION
-from maya_un.client.operations import operations, request_of
+from maya_un.client.operations import request_of
 from maya_un.client.request import Request
 from maya_un.client.transport import ServiceAddress, encoded, refusal
 from maya_un.errors import InvalidRequest, MayaError
 from maya_un.http.internal import InternalRequest, answered
 from maya_un.process.spec.json_object import decode_object
-from maya_un.service.access.operations import Caller, Operation
+from maya_un.service.access.operations import Caller
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
@@ -71,18 +71,6 @@ def _app_of(bridge: Bridge) -> ASGIApp:
     from maya_un.http.app import create_app  # noqa: PLC0415
 
     return create_app(bridge)
-
-
-def asked_by_operation() -> Mapping[str, Operation]:
-    """Return what each operation of /call_operation asks for, by its name. For a thread, as `_app_of`.
-
-    Of several rights, one of which a route needs, it is the most powerful: the others are to what is one's own.
-    """
-    from maya_un.http.app import all_routes  # noqa: PLC0415
-
-    rules = {handler.__name__: rule.operations for handler, rule in all_routes().rules.items()}
-    found = {name: rules[name if name in rules else name.rpartition("_")[0]] for name in operations()}
-    return {name: needed[0] if needed else Operation.READ for name, needed in found.items()}
 
 
 class OperationServer:

@@ -40,7 +40,7 @@ async def serve(node: RosNode) -> None:
     url = "ws://{}:{}".format(*listener.getsockname()[:2])
     edge = edge_of(await node.parameter("origins", []))
     async with looked() as users:
-        endpoint = await endpoint_of(node.graph, ros_time, edge, users)
+        endpoint = endpoint_of(node.graph, ros_time, edge, users)
         async with endpoint.serving(listener):
             await node.graph.parameters.set(URL, url)
             node.say(f"rosbridge is served at {url}.")

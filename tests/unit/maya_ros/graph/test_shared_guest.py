@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from contextlib import asynccontextmanager
 from typing import Any
 
@@ -13,15 +13,21 @@ from maya_ros.graph.access import RestrictedGraph, SharedGuest
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import success
 from maya_ros.graph.protocol import Feedback, Message
-from maya_ros.graph.servers.operations import OperationServer, asked_by_operation
+from maya_ros.graph.servers.operations import OperationServer
 from maya_ros.graph.table import CALL_OPERATION, HOME, SEND_TASK, STOP
+from maya_ros.ros1.serving import asked_by_operation
 from maya_un.client.operations import operations
 from maya_un.client.request import Request
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.service.access.operations import ROS, Caller, Operation, Role
 
 OWNER = Caller("root", Role.ADMIN, "ros", implicit=True)
-ASKED = asked_by_operation()
+
+
+async def asked() -> Mapping[str, Operation]:
+    return asked_by_operation()
+
+
 EVERYBODY = (None, *Role)
 
 
@@ -60,7 +66,7 @@ class App:
 @asynccontextmanager
 async def seated(role: Role | None, lease: str = "") -> AsyncIterator[RestrictedGraph]:
     """Yield the graph of a client of a role, None without a token."""
-    guest = SharedGuest(ASKED, "test", lease=lease)
+    guest = SharedGuest(asked, "test", lease=lease)
     try:
         await guest.introduce(Users(role), "maya_x")
     except NotSignedIn:
@@ -141,8 +147,9 @@ async def test_unknown_operation_is_refused_before_the_call() -> None:
 
 
 def test_right_to_every_operation_is_known() -> None:
-    assert set(ASKED) == set(operations())
-    assert ASKED["jog_by"] is Operation.JOG
-    assert ASKED["task"] is Operation.COMMAND
-    assert ASKED["submit"] is Operation.SUBMIT
-    assert ASKED["add_user"] is Operation.USERS
+    known = asked_by_operation()
+    assert set(known) == set(operations())
+    assert known["jog_by"] is Operation.JOG
+    assert known["task"] is Operation.COMMAND
+    assert known["submit"] is Operation.SUBMIT
+    assert known["add_user"] is Operation.USERS

@@ -85,7 +85,7 @@ def test_student_cannot_drive_as_the_user_of_the_graph() -> None:
             return success()
 
         bus.node("hw").act(HOME.name, HOME.type, home)
-        endpoint = await endpoint_of(bus.node("rosbridge"), lambda: DATE, OriginPolicy(), Users(Role.STUDENT))
+        endpoint = endpoint_of(bus.node("rosbridge"), lambda: DATE, OriginPolicy(), Users(Role.STUDENT))
         wire = Wire(endpoint)
         wire.enter(local=True)("send_action_goal", action=HOME.name, id=1, args={})
         while not wire.said:
@@ -113,7 +113,7 @@ def test_nothing_remains_of_a_client_whose_rights_have_ended(local: bool) -> Non
                 stopped.set()
 
         bus.node("hw").act(MOVE.name, MOVE.type, act)
-        endpoint = await endpoint_of(bus.node("rosbridge"), lambda: DATE, OriginPolicy(), users)
+        endpoint = endpoint_of(bus.node("rosbridge"), lambda: DATE, OriginPolicy(), users)
         wire = Wire(endpoint)
         say = wire.enter(local=local)
         say("subscribe", topic=f"{MOVE.name}/result", type=f"{MOVE.type}ActionResult")
