@@ -271,9 +271,8 @@ class Supervisor:
                 await self._follow(client, name)
                 self._heard.add(name)
             for step in tuple(self._unsent.values()):
-                if (
-                    step.id in self._unsent and step.robot in self._heard
-                ):  # else its result would be missed; the next round sends it
+                # before the results of its robot are heard, its result would be missed; the next round sends it
+                if step.id in self._unsent and step.robot in self._heard:
                     await self._publish(client, step)
 
     async def _follow(self, client: BrokerClient, name: str) -> None:
