@@ -110,5 +110,5 @@ export default defineConfig({
   server: {
     proxy: { "/v1": { target: "http://127.0.0.1:4133", ws: true } },
   },
-  test: { environment: "node", include: ["test/**/*.test.ts"] },
+  test: { environment: "node", include: ["test/**/*.test.ts"], isolate: false }, // the files share nothing but an empty localStorage
 });

@@ -18,9 +18,13 @@ FLAGS = (
     "--enable-unsafe-swiftshader",
     "--disable-background-networking",
     "--disable-component-update",
+    "--js-flags=--no-opt --no-maglev",
     f"--host-resolver-rules=MAP {ELSEWHERE} 127.0.0.1",
 )
-"""Of the browser. It draws in software, and composes the page in software too unless it is said like this."""
+"""Of the browser. It draws in software, and composes the page in software too unless it is said like this.
+
+Its optimising compilers are off: no page lives long enough here to gain by what they cost.
+"""
 
 SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 """Widths and heights of screens [px]."""
@@ -50,6 +54,13 @@ VIOLATIONS = (
     " (broken) => console.error('policy', broken.violatedDirective, broken.blockedURI))"
 )
 
+SHOW_PAGE = """(address) => {
+    const stays = location.pathname === new URL(address, location).pathname;
+    window.headingBefore = stays ? null : document.querySelector('main h1');
+    history.pushState(null, '', address);
+    dispatchEvent(new PopStateEvent('popstate'));
+}"""
+"""Does what a link of the page does."""
 
 VISIBILITY = """(hidden) => {
     Object.defineProperty(document, 'hidden', { configurable: true, get: () => hidden });
@@ -82,6 +93,15 @@ class Tab:
         """Load a page and wait until it shows the robot's state."""
         self.page.goto(self._url + path)
         self.until_live()
+
+    def go(self, path: str) -> None:
+        """Show another page as a link does, without loading it again; dialogues that are open are closed."""
+        while self.get("document.querySelector('dialog[open]') !== null"):
+            self.page.keyboard.press("Escape")
+        self.page.evaluate(SHOW_PAGE, path)
+        self.until(
+            "![null, headingBefore].includes(document.querySelector('main h1'))", f"the page {path} has a heading"
+        )
 
     def until_live(self) -> None:
         """Wait until the page is connected and has a heading."""
