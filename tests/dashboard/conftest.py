@@ -13,7 +13,7 @@ from playwright.sync_api import Browser, sync_playwright
 from tests.dashboard.furnished import furnished_robot
 from tests.dashboard.inside import Options, TwinService, twin_service
 from tests.dashboard.services import PASSWORD, Service
-from tests.dashboard.tabs import BROWSER, FLAGS, VIOLATIONS, Tab
+from tests.dashboard.tabs import BROWSER, FLAGS, NO_WORKER, VIOLATIONS, Tab
 
 
 def no_browser() -> str:
@@ -63,8 +63,13 @@ def chromium() -> Iterator[Browser]:
         browser.close()
 
 
-def new_tab(browser: Browser, of: Service, *, width: int = 1440, height: int = 900, **options: Any) -> Tab:
-    """Open a tab for a service, in a context of its own."""
+def new_tab(
+    browser: Browser, of: Service, *, width: int = 1440, height: int = 900, worker: bool = False, **options: Any
+) -> Tab:
+    """Open a tab for a service, in a context of its own.
+
+    Only with `worker` does the page load all its files at once and keep them, as it does over https.
+    """
     known: dict[str, Any] = {
         "viewport": {"width": width, "height": height},
         "device_scale_factor": 0.5,  # a quarter of the pixels to draw in software
@@ -73,6 +78,8 @@ def new_tab(browser: Browser, of: Service, *, width: int = 1440, height: int = 9
     }
     context = browser.new_context(**known)
     context.add_init_script(VIOLATIONS)
+    if not worker:
+        context.add_init_script(NO_WORKER)
     return Tab(context, of.url)
 
 

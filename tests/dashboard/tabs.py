@@ -54,6 +54,9 @@ VIOLATIONS = (
     " (broken) => console.error('policy', broken.violatedDirective, broken.blockedURI))"
 )
 
+NO_WORKER = "delete Navigator.prototype.serviceWorker"
+"""Makes a browser like one that reaches the robot over http: it offers no service workers."""
+
 SHOW_PAGE = """(address) => {
     const stays = location.pathname === new URL(address, location).pathname;
     window.headingBefore = stays ? null : document.querySelector('main h1');

@@ -64,7 +64,7 @@ def require_placed(robot: TwinService, name: str, place: Point) -> None:
 
 def test_first_visit_home_pick_and_place(new: TwinService, tab_of: Callable[..., Tab]) -> None:
     """The page takes the language of the browser, shows the tour, homes, and runs an example job."""
-    tab = tab_of(new, locale="es")
+    tab = tab_of(new, worker=True, locale="es")
     tab.open("/")
     assert tab.get("document.documentElement.lang") == "es"
     tour = tab.page.locator("[data-tour]")
@@ -239,7 +239,7 @@ def off(robot: TwinService, joints: Joints) -> float:
 
 def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
     """A person measures points, fits, looks at the map, saves, starts the service again, and homes."""
-    tab = tab_of(crooked)
+    tab = tab_of(crooked, worker=True)
     tab.forgive(*GONE)
     enter(tab)
     home(tab)

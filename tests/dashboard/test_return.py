@@ -39,7 +39,7 @@ def own(tmp_path: Path) -> Iterator[ServiceProcess]:
 @pytest.fixture
 def kept_tab(own: Service, tab_of: Callable[..., Tab]) -> Tab:
     """Return a tab of it, marked so that a reload would be noticed."""
-    tab = tab_of(own)
+    tab = tab_of(own, worker=True)
     tab.forgive(*GONE)
     tab.open("/")
     tab.page.evaluate("window.marked = true")
@@ -120,7 +120,7 @@ def test_after_a_power_cut_a_person_decides_and_the_job_ends(
 ) -> None:
     """The page asks what it cannot know. The mechanics show that no step is left out and none is done twice."""
     twin, own = separate
-    tab = tab_of(own, locale="es")
+    tab = tab_of(own, worker=True, locale="es")
     tab.forgive(*GONE)
     tab.open("/queue")
     tab.page.evaluate("window.marked = true")
@@ -150,7 +150,7 @@ def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
     own: Service, tab_of: Callable[..., Tab], size: str
 ) -> None:
     width, height = SIZES[size]
-    tab = tab_of(own, width=width, height=height, bypass_csp=True)
+    tab = tab_of(own, worker=True, width=width, height=height, bypass_csp=True)
     tab.forgive(*GONE)
     tab.open("/")
     begin_long_job(own)
@@ -202,8 +202,8 @@ def test_a_page_of_another_version_says_so_and_is_loaded_again_at_rest(
 ) -> None:
     """It goes on, loses no draft, and says what it cannot load; where browsers allow it, its worker keeps all files."""
     copy_as_newer(tmp_path / "newer")
-    tab = tab_of(own, service_workers="block")
-    tab.forgive(*GONE, "status of 404", "dynamically imported module", "blocked by Playwright")
+    tab = tab_of(own)
+    tab.forgive(*GONE, "status of 404", "dynamically imported module")
     tab.open("/queue")
     tab.page.evaluate("window.marked = true")
     tab.page.click("[data-open-text]")

@@ -151,7 +151,7 @@ def test_a_name_that_is_bent_to_this_machine_gets_no_page(robot: Service, foreig
 
 
 def test_the_token_is_in_no_address_and_in_no_file(guarded: Service, tab_of: Callable[..., Tab]) -> None:
-    tab = tab_of(guarded)
+    tab = tab_of(guarded, worker=True)
     tab.page.goto(guarded.url)
     tab.sign_in("root", PASSWORD)
     token = tab.get("sessionStorage['maya.token']")
