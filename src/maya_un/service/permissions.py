@@ -141,6 +141,9 @@ def circumstances(service: CheckedService, lease: ControlLease) -> object:
 
 
 def _doing(service: CheckedService) -> str:
+    """Return what the robot is busy with, "" if nothing or a job; this is asked at every state of the robot."""
+    if service.running is not None:
+        return ""
     try:
         service.require_free()
     except Busy as busy:

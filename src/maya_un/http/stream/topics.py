@@ -167,7 +167,7 @@ class TopicSource:
 
     def saw_state(self) -> None:
         """Read the topic soon if its source has another value than at the last look."""
-        if self.wanted and self._topic.source(self._service) != self._origin:
+        if self.wanted and not self._stirred.is_set() and self._topic.source(self._service) != self._origin:
             self._stirred.set()
 
     async def run(self) -> None:
