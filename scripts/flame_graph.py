@@ -2,7 +2,8 @@
 
 STACKS is the output of `py-spy record -f raw -o STACKS -- python PROGRAM`. Each box is a function. Its width is the
 share of processor time of the function and of all that it calls. The boxes below it are the functions that it calls.
-The event loop and the start of the program are left out: the first row has the tasks and callbacks of the loop.
+The event loop and the start of the program are left out: the first row has the tasks and callbacks of the loop, and
+the work of other threads. The option `--gil` of py-spy leaves out threads that wait.
 """
 
 from __future__ import annotations
@@ -21,14 +22,19 @@ LEAST = 0.004
 LOOP = ("Handle._run ", "run_virtual ", "_run (asyncio/events")
 """Frames of the event loop; what follows the last one is drawn."""
 
+THREAD = "Thread.run (threading"
+"""Frame with which a thread without an event loop begins."""
+
 LAYERS = (
     ("dmc41x3/twin", "#7fb2e5", "twin of the controller"),
     ("maya_un/machine", "#a9cdea", "mechanics of the twin"),
     ("maya_un/motion", "#f2a65a", "planning and proof"),
     ("maya_un/kinematics", "#f6c28b", "kinematics"),
     ("dmc41x3/", "#7cc6b0", "wire, language and driver"),
+    ("maya_ros/", "#e7b7a0", "ROS"),
     ("maya_un/controller", "#a3c76d", "controller layer"),
     ("maya_un/http", "#d8a7d6", "HTTP and stream"),
+    ("maya_un/coms", "#b5d3a8", "link to supervisors"),
     ("maya_un/", "#c3b1e1", "robot, process and service"),
     ("numpy", "#e8e0a0", "numpy"),
     ("", "#d5d5d5", "Python and libraries"),
@@ -62,10 +68,11 @@ def calls_of(stacks: str) -> Call:
         stack, _, count = line.rpartition(" ")
         frames = [re.sub(r":\d+\)", ")", frame) for frame in stack.split(";") if "importlib" not in frame]
         loops = [place for place, frame in enumerate(frames) if frame.startswith(LOOP)]
-        if loops:
+        begins = loops or [place for place, frame in enumerate(frames) if frame.startswith(THREAD)]
+        if begins:
             at = root
             at.samples += int(count)
-            for frame in frames[loops[-1] + 1 :]:
+            for frame in frames[begins[-1] + 1 :]:
                 at = at.calls.setdefault(frame, Call())
                 at.samples += int(count)
     return root
