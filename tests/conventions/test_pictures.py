@@ -14,7 +14,8 @@ import pytest
 from tests.conventions.source import ROOT
 
 IMAGES = ROOT / "docs" / "images"
-OTHERS = {"terminal.svg", "flame-clients.svg", "flame-dry-run.svg", "flame-long-job.svg"}
+PROFILES = ("clients", "coms-mqtt", "coms-rtdb", "dry-run", "long-job", "ros2-service", "viewer")
+OTHERS = {"terminal.svg", *(f"flame-{name}.svg" for name in PROFILES)}
 """Drawn by scripts that need a terminal, or a profile."""
 
 SVG = (

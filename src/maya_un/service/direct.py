@@ -8,9 +8,9 @@ stop or a fault, the press moves nothing any more, in no direction and at no spe
 renewed. Two connections may exchange the order of two requests: a client that numbers the presses of its keys moves
 nothing by a request that arrives after the end of its press.
 
-The queue waits: a job starts when the direct command has ended, or the held key is released and the robot rests. A
-command is refused with `Busy` while a job or another command is running. Callers have passed the gate by
-`Operation.COMMAND`.
+The queue waits: a job starts when the direct command has ended, or the held key is released and the robot rests. If
+the key was not renewed or the command was stopped, the queue pauses instead. A command is refused with `Busy` while a
+job or another command is running. Callers have passed the gate by `Operation.COMMAND`.
 """
 
 from __future__ import annotations
@@ -105,7 +105,8 @@ _ENDS_PRESS = (Stopped, Faulted, NotConnected, MachineError)
 class HeldJogs:
     """At most one held jog of a controller; it continues while it is renewed within `patience` [s, loop time].
 
-    `turns` begins no job from the first motion of a press until the press is over and the robot rests.
+    `turns` begins no job from the first motion of a press until the press is over and the robot rests. If a press ends
+    because it is not renewed, the queue pauses.
     """
 
     def __init__(self, controller: Controller, patience: float = PATIENCE, turns: Scheduler | None = None) -> None:
@@ -282,6 +283,8 @@ class HeldJogs:
         if loop.time() < self._until - _ROUNDING:
             self._watch = loop.call_at(self._until, self._expired)
         else:
+            if self._is_aside and self._turns is not None:
+                self._turns.pause_by_itself("driver")  # the user may no longer watch
             self._end_press()
             self._brake()
             self._let_jobs_begin()

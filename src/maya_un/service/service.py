@@ -212,13 +212,8 @@ class Service:
         errors of a motion.
         """
         self.require_free()
-        turns = self._process.turns
-        with turns.aside("jog"):
-            try:
-                return await self._controller.jog(axis, distance, speed=speed, clip=clip)
-            except Stopped:
-                turns.pause_by_itself("stop")
-                raise
+        with self._process.turns.aside("jog"):
+            return await self._controller.jog(axis, distance, speed=speed, clip=clip)
 
     async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> HeldJog:
         """Jog in `direction` (1 or -1) while this is called again at least twice a second; return at once.

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from maya_un.errors import InvalidJob, InvalidValue, WrongState
+from maya_un.errors import InvalidJob, InvalidValue, Stopped, WrongState
 from maya_un.process.journal.protocol import JobRow
 from maya_un.process.journal.tables import Change
 from maya_un.process.queue.entries import AT_HAND
@@ -195,6 +195,36 @@ async def test_jobs_that_arrive_while_their_owners_rights_end_are_proposals(stor
         journal.slow = journal.late = 0.0
         assert (await layer.process.submit(HOME, submit_request("ben"))) == 5  # of rights that were given again
         assert (await layer.process.result(5)).state is TaskState.DONE
+
+
+async def test_job_is_accepted_once_if_the_journal_breaks_while_its_owners_rights_end() -> None:
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("root", now=False)
+        layer.journal.slow = 1.0
+        coming = asyncio.create_task(layer.process.submit(HOME, submit_request("eve")))
+        await elapse(0.5)
+        layer.process.owner_ended("eve")
+        await elapse(0.6)
+        layer.journal.broken = "the disk is full"
+        assert await coming == 1
+        layer.journal.broken, layer.journal.slow = "", 0.0
+        await elapse(5.0)
+        row, _ = layer.journal.now(1)
+        assert (row.state, row.proposal) == (TaskState.HELD, True)
+
+
+async def test_direct_command_that_was_held_waits_in_a_paused_queue_when_it_is_released() -> None:
+    async with Machine().running() as layer:
+        await layer.process.turns.pause("root", now=False)
+        with layer.process.turns.aside("jog"):
+            number = await layer.process.command({"command": "home"}, submit_request())
+            await layer.process.hold(number)
+            layer.process.turns.halt(Stopped())
+        await layer.process.release(number, "ben")
+        await elapse(5.0)
+        assert kept(layer, number) == [TaskState.QUEUED]
+        await layer.process.turns.resume("root")
+        assert (await layer.process.result(number)).state is TaskState.DONE
 
 
 class Counting(FrailJournal):

@@ -15,7 +15,7 @@ from maya_un.errors import Busy, Cancelled, LeaseHeld, LeaseLost, Stopped
 from maya_un.events import FaultEntered
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.service.access.operations import ROS, Operation
 from maya_un.service.service import Service
 from maya_un.values import Mode, Point
@@ -133,7 +133,7 @@ async def test_due_job_waits_for_a_jog_and_then_begins() -> None:
         assert (await layers.service.wait(job)).state is TaskState.DONE
 
 
-@pytest.mark.parametrize("end", ["release", "expiry", "new press"])
+@pytest.mark.parametrize("end", ["release", "new press"])
 async def test_due_job_waits_for_a_held_jog_in_every_direction_and_then_begins(end: str) -> None:
     async with robot() as layers:
         await layers.service.jog_hold("b", 1, press="first")
@@ -146,9 +146,36 @@ async def test_due_job_waits_for_a_held_jog_in_every_direction_and_then_begins(e
         if end == "new press":
             assert (await layers.service.jog_hold("c", 1, press="second")).moving
         assert (await layers.service.job(job)).state is TaskState.QUEUED
-        if end == "release":
-            await layers.service.jog_release("first")
+        await layers.service.jog_release("first" if end == "release" else "second")
         assert (await layers.service.wait(job)).state is TaskState.DONE
+
+
+@pytest.mark.parametrize("direct", [False, True])
+async def test_no_job_begins_because_a_held_key_is_not_renewed(*, direct: bool) -> None:
+    """Its user may be gone, and was perhaps the only one who saw the robot."""
+    async with robot() as layers:
+        if direct:
+            await layers.service.queue.pause()
+        await layers.service.jog_hold("b", 1, press="first")
+        job = await waiting(layers)
+        await elapse(5.0)
+        assert (await layers.service.job(job)).state is TaskState.QUEUED
+        assert layers.controller.state.mode is Mode.IDLE
+        await layers.service.queue.resume()
+        assert (await layers.service.wait(job)).state is TaskState.DONE
+
+
+@pytest.mark.parametrize("command", ["move", "primitive", "home"])
+async def test_no_job_begins_because_a_direct_command_was_stopped_past_the_service(command: str) -> None:
+    async with robot() as layers:
+        task = await begun(layers, REQUESTS[command])
+        job = await waiting(layers)
+        await layers.controller.stop()
+        with pytest.raises(Stopped):
+            await task
+        await elapse(5.0)
+        assert (await layers.service.job(job)).state is TaskState.QUEUED
+        assert layers.service.queue.view().mode is QueueMode.PAUSED
 
 
 async def test_due_job_waits_while_a_key_is_held_at_the_border() -> None:

@@ -12,7 +12,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Collection, Iterable, Mapping, Sequence
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from reprlib import repr
 from typing import NamedTuple
@@ -232,7 +232,8 @@ class JobSubmitter:
         self._items.add(item)
         self._changes.tell(row)
         if late:
-            await self._ledger.write(lambda: [self._changes.row(item, item.row)])
+            with suppress(StorageFailed):  # the job is accepted, and the ledger writes its row again
+                await self._ledger.write(lambda: [self._changes.row(item, item.row)])
         await self.hold_where_failed(item)
         self._items.park(item)
         return row.id

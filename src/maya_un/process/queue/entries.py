@@ -296,6 +296,8 @@ class QueueEntries:
     def _line_up(self, item: QueueEntry) -> None:
         """Put a job into the lists that match its state, and remove it from the others."""
         row, number = item.row, item.number
+        if row.state is TaskState.HELD:
+            item.direct = False  # its release or approval may come much later, in a queue that was paused for a reason
         going_on = not row.state.ended and item.begun
         if row.state in _LINED_UP and not going_on:
             place = QueuePosition.of(row.options.priority, row.position, number)

@@ -210,7 +210,8 @@ class Scheduler:
     def aside(self, command: str) -> Iterator[None]:
         """Begin no job while the block drives the robot past the queue.
 
-        Raises `Busy` while another block or a job runs.
+        If the block ends by a stop, the queue pauses: no job begins because of it, whoever stopped the robot. Raises
+        `Busy` while another block or a job runs.
         """
         if self._aside:
             raise Busy(doing=self._aside)
@@ -219,6 +220,9 @@ class Scheduler:
         self._aside = command
         try:
             yield
+        except Stopped:
+            self.pause_by_itself("stop")
+            raise
         finally:
             self._aside = ""
             self.wake()
