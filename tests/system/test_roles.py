@@ -21,6 +21,7 @@ from maya_un.errors import LeaseHeld, LeaseLost, LeaseNeeded, NotAllowed, NotSig
 from maya_un.http.openapi import ruled
 from maya_un.service.access.operations import RULES, Operation, Role
 from tests.shared_robot import PASSWORD, SharedRobot, shared_robot
+from tests.waiting import eventually
 
 pytestmark = pytest.mark.system
 
@@ -311,6 +312,24 @@ def test_role_has_its_rights_and_no_others(who: str, lease: str, role_client: Ro
         if not as_it_must or answer.status >= 500:
             wrong.append(f"{request}: {answer}, not {must or 'allowed'}: {value}")
     assert wrong == []
+
+
+def test_no_number_of_requests_hides_a_new_token_from_the_audit_log(tmp_path: Path) -> None:
+    """Requests about oneself are counted together after some, but not with those that change something."""
+    with shared_robot(tmp_path, users=True) as robot:
+        role_client = RoleClient(robot)
+        student = robot.headers("student")
+        for _ in range(30):
+            role_client.must("GET /v1/users/the-student/tokens", None, student)
+        role_client.must("POST /v1/users/the-student/tokens", {"note": "one more"}, student)
+        made = {"who": "the-student", "operation": "me", "detail": "new token of the-student"}
+
+        def is_shown() -> bool:
+            rows = role_client.must("GET /v1/audit?limit=100", None, robot.headers("admin"))
+            return any(made.items() <= row.items() for row in rows)
+
+        eventually(is_shown, "the audit log shows the new token", 30.0)
+        role_client.close()
 
 
 def test_without_users_a_local_caller_needs_no_token(tmp_path: Path) -> None:

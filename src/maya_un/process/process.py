@@ -366,7 +366,7 @@ def _first_undone(steps: tuple[StepRow, ...], tasks: Sequence[Task]) -> int:
         if taken:
             over.update(tasks[step.index - 1].branch(ELSE if taken == THEN else THEN))
     skipped = {step.index for step in steps if step.state is TaskState.SKIPPED}
-    begun = max(over | ran, default=0)
+    begun = max(ran, default=0)
     left = (n for n in range(1, len(tasks) + 1) if n not in over and not (n in skipped and n < begun))
     return next(left, 1)
 

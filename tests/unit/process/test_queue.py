@@ -326,6 +326,23 @@ async def test_a_job_is_done_again_behind_the_branch_that_was_not_taken() -> Non
         assert [step.state.value for step in last.steps] == ["skipped"] * 5 + ["done"]
 
 
+async def test_a_job_is_done_again_from_the_first_step_of_the_taken_branch_that_was_not_done() -> None:
+    steps = [{"if": {"input": 1, "is": "on"}, "then": ["home"] * 3, "else": ["home"] * 2}, "home"]
+    async with Machine().running() as layer:
+        process = layer.process
+        first = await process.submit(job(*steps))
+        await layer.until(first, 2)
+        await process.turns.pause("ana", now=False)
+        await elapse(LONG)
+        await process.cancel(first)
+        states = [step.state.value for step in (await process.shown.report(first)).steps]
+        assert states == ["done", "done"] + ["skipped"] * 5
+        await process.turns.resume("ana")
+        again = await process.result(await process.again(first, submit_request()))
+        states = [step.state.value for step in again.steps]
+        assert states == ["skipped"] * 2 + ["done"] * 2 + ["skipped"] * 2 + ["done"]
+
+
 async def test_unfinished_job_cannot_be_run_again() -> None:
     async with Machine().running() as layer:
         await layer.process.submit(HOME, submit_request(held=True))

@@ -13,7 +13,7 @@ from typing import cast
 
 import pytest
 
-from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, Unreachable
+from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, NotFound, Unreachable
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
@@ -299,6 +299,28 @@ async def test_requests_that_anybody_may_repeat_displace_no_other_rows(operation
     audit = Audit(rows.append, lambda: "today")
     for _ in range(1000):
         audit.asked(Caller("vera", Role.STUDENT, "10.0.0.1"), operation, 0, "")
+    assert len(rows) == SINGLY
+
+
+async def test_repeated_requests_hide_no_change_of_another_subject() -> None:
+    rows: list[AuditRow] = []
+    audit = Audit(rows.append, lambda: "today")
+    ana = Caller("ana", Role.STUDENT, "10.0.0.9")
+    for _ in range(2 * SINGLY):
+        audit.asked(ana, Operation.LEASE, 0, "")
+        audit.asked(ana, Operation.STOP, 0, "")
+        audit.asked(ana, Operation.SPEED, 4102, "")
+    before = len(rows)
+    audit.asked(ana, Operation.ME, 0, "name ana")
+    audit.asked(ana, Operation.ME, 0, "token 0123abcd")
+    assert [row.detail for row in rows[before:]] == ["name ana", "token 0123abcd"]
+
+
+async def test_refused_requests_for_many_subjects_are_counted_together() -> None:
+    rows: list[AuditRow] = []
+    audit = Audit(rows.append, lambda: "today")
+    for number in range(1000):
+        audit.asked(Caller("ana", Role.STUDENT, "10.0.0.9"), Operation.ME, NotFound.code, f"token {number}")
     assert len(rows) == SINGLY
 
 

@@ -23,7 +23,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
 from maya_un.cli.waiting import PATIENCE, follow, reason
 from maya_un.client import requests
-from maya_un.errors import FileUnwritable, InvalidCommandLine, MayaError, WrongState
+from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue, MayaError, WrongState
 from maya_un.process.spec.documents import located
 from maya_un.process.spec.job import load_job
 
@@ -205,7 +205,7 @@ def _edited_by_hand(client: ServiceClient, job: int, settings: OutputSettings) -
     try:
         if not _edited(client.ask(requests.job_body(job)), path):
             return output.answer({"changed": False}, translate("Nothing was changed.", settings.language), settings)
-        kept = True
+        kept = path.exists()  # an editor may delete its file
         code = _changed(client, job, {"job": _read(path)}, settings)
         kept = False
     except MayaError:
@@ -215,7 +215,7 @@ def _edited_by_hand(client: ServiceClient, job: int, settings: OutputSettings) -
         raise
     finally:
         if not kept:
-            shutil.rmtree(folder)
+            shutil.rmtree(folder, ignore_errors=True)  # an editor may delete the folder too
     return code
 
 
@@ -235,16 +235,29 @@ def _edited(body: Mapping[str, Any], path: Path) -> bool:
 
     written = yaml.safe_dump(dict(body), sort_keys=False, allow_unicode=True, default_flow_style=None)
     path.write_text(written, encoding="utf-8")
-    editor = os.environ.get("VISUAL") or os.environ.get("EDITOR") or "vi"
+    editor, words = _editor()
     try:
-        subprocess.run([*shlex.split(editor), str(path)], check=True)
+        subprocess.run([*words, str(path)], check=True)
     except OSError as error:
         raise FileUnwritable(path=path, reason=f"{editor}: {error.strerror}") from error
     except subprocess.CalledProcessError as error:
         raise FileUnwritable(
             path=path, reason=phrase("{editor} ended with {status}", editor=editor, status=error.returncode)
         ) from None
-    return path.read_text(encoding="utf-8") != written
+    try:
+        return path.read_bytes() != written.encode()  # the editor may save it in another encoding
+    except OSError:
+        return True  # `load_job` reports why it cannot be read
+
+
+def _editor() -> tuple[str, list[str]]:
+    """Return the command of the editor, and its words; raises `InvalidValue`."""
+    name = "VISUAL" if os.environ.get("VISUAL") else "EDITOR"
+    editor = os.environ.get(name) or "vi"
+    try:
+        return editor, shlex.split(editor)
+    except ValueError as error:  # a quote is open
+        raise InvalidValue(key=name, value=editor, reason=str(error)) from error
 
 
 def _line(line: Mapping[str, Any], settings: OutputSettings) -> int:

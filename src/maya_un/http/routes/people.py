@@ -65,7 +65,8 @@ def add_lease(routes: Routes) -> None:
         Send the `id` in the response with further requests, in the header `Maya-Lease`.
         """
         taken = ask(
-            lambda service: service.lease.take(ask.caller, note=body.note, patience=body.patience, force=body.force)
+            lambda service: service.lease.take(ask.caller, note=body.note, patience=body.patience, force=body.force),
+            subject="take",
         )
         return answer(await taken)
 
@@ -99,7 +100,7 @@ def add_lease(routes: Routes) -> None:
     @routes.add("POST", "/v1/lease/ask", Operation.LEASE, tag=_TAG, gives=LeaseView, client="lease.ask")
     async def ask_for_lease(ask: Ask) -> Response:
         """Ask the holder for the control lease."""
-        return answer(await ask(lambda service: service.lease.ask(ask.caller)))
+        return answer(await ask(lambda service: service.lease.ask(ask.caller), subject="ask"))
 
 
 _ME = "oneself"
@@ -206,7 +207,8 @@ def add_users(routes: Routes) -> None:
         changed = ask(
             lambda service: service.users.change(
                 name, role=body.role, password=body.password, old=body.old, by=ask.caller
-            )
+            ),
+            subject="" if body.password is None else f"password of {name}",
         )
         return answer(await changed)
 
@@ -254,7 +256,10 @@ def add_tokens(routes: Routes) -> None:
     )
     async def add_token(ask: Ask, name: str, body: TokenBody) -> Response:
         """Create a token for a user. Maya never returns this token again."""
-        made = ask(lambda service: service.users.token(name, note=body.note, expires=body.expires, by=ask.caller))
+        made = ask(
+            lambda service: service.users.token(name, note=body.note, expires=body.expires, by=ask.caller),
+            subject=f"new token of {name}",
+        )
         return answer(await made, 201)
 
     @routes.add(

@@ -37,14 +37,17 @@ COUNTED = 60.0
 LONGEST = 3600.0
 """Longest period of counting [s, real time]."""
 
-_REPEATED = frozenset({Operation.STOP, Operation.ABORT, Operation.ME, Operation.LEASE})
+_REPEATED = frozenset({Operation.STOP, Operation.ABORT})
 """Operations without limit that anybody may repeat. Each row of them could displace the row of a change."""
+
+_OWN = frozenset({Operation.ME, Operation.LEASE})
+"""Operations like `_REPEATED`, which may also change something that lasts, like the own password."""
 
 _MOST_CALLERS = 10_000
 
 
 class _Spell:
-    """Recent repeatable rows of one caller from one computer: their number, and the last one only counted."""
+    """Recent rows of one caller that are counted together: their number, and the last one only counted."""
 
     def __init__(self, length: float) -> None:
         self.length = length
@@ -59,7 +62,8 @@ class Audit:
 
     A held jog sends several requests a second: repeated requests of the same caller with the same outcome are logged
     once. Refusals, stops, sign-ins, and requests about the caller or the lease can occur without limit, so many of them
-    are only counted.
+    are only counted. Successful requests about the caller or the lease are counted by operation and subject, so that
+    other rows do not hide them.
     """
 
     def __init__(self, note: Callable[[AuditRow], None], now: Callable[[], str], speed: float = 1.0) -> None:
@@ -67,7 +71,7 @@ class Audit:
         self._date = now
         self._together = TOGETHER * max(1.0, speed)
         self._speed = max(1.0, speed)
-        self._spells: dict[tuple[str, str], _Spell] = {}
+        self._spells: dict[tuple[str, ...], _Spell] = {}
         self._latest: tuple[object, ...] = ()
         self._until = 0.0
 
@@ -81,6 +85,8 @@ class Audit:
             row = self._row(caller.name, caller.role.word, caller.source, operation.value, code, detail)
             if code or operation in _REPEATED:
                 self._write_or_count(row)
+            elif operation in _OWN:
+                self._write_or_count(row, row.operation, row.detail)
             else:
                 self._note(row)
 
@@ -96,8 +102,9 @@ class Audit:
         plain = callers.hidden(detail).encode("utf-8", "replace").decode()[:_LONGEST_DETAIL]
         return AuditRow(self._date(), who, role, source, operation, code, plain)
 
-    def _write_or_count(self, row: AuditRow) -> None:
-        key = (row.who, counted(row.source))
+    def _write_or_count(self, row: AuditRow, *apart: str) -> None:
+        """Write a row, or count it with the rows of its caller, apart from those with another `apart`."""
+        key = (row.who, counted(row.source), *apart)
         spell = self._spells.get(key)
         if spell is None:
             spell = self._spells[key] = _Spell(COUNTED)
@@ -112,10 +119,10 @@ class Audit:
             spell.more += 1
             spell.last = row
 
-    def _end_later(self, key: tuple[str, str], spell: _Spell) -> None:
+    def _end_later(self, key: tuple[str, ...], spell: _Spell) -> None:
         asyncio.get_running_loop().call_later(spell.length * self._speed, self._end, key, spell)
 
-    def _end(self, key: tuple[str, str], spell: _Spell) -> None:
+    def _end(self, key: tuple[str, ...], spell: _Spell) -> None:
         """Write the number of rows that were only counted, and start a longer period; forget a caller without any."""
         if spell.last is not None:
             self._note(replace(spell.last, date=self._date(), detail=f"and {spell.more} more in {spell.length:.0f} s"))

@@ -7,7 +7,9 @@ import io
 import json
 import os
 import re
+import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -232,6 +234,46 @@ def test_an_editor_that_fails_or_leaves_no_job_changes_nothing(
     kept = re.fullmatch(r"(?s)Your text is kept\. Correct it, then run `maya job edit 7 --file (\S+)`\.\n.*", told)
     assert (kept is None) == script.startswith("exit")
     assert kept is None or Path(kept[1]).read_text(encoding="utf-8") == "steps: [fly]\n"
+
+
+def test_a_job_that_is_not_saved_as_utf_8_is_kept(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    edited(monkeypatch, tmp_path, r"""printf 'name: caf\351\n' > "$1" """)
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    told = printed(["job", "edit", "7"], capsys, 2)
+    assert "it is not UTF-8 text" in told
+    assert service.said == []
+    kept = re.search(r"`maya job edit 7 --file (\S+)`", told)
+    assert kept is not None
+    assert Path(kept[1]).read_bytes() == b"name: caf\xe9\n"
+    shutil.rmtree(Path(kept[1]).parent)
+
+
+@pytest.mark.parametrize("script", ['rm "$1"', 'rm -r "$(dirname "$1")"'])
+def test_a_file_that_the_editor_deleted_is_an_error_and_nothing_is_kept(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    edited(monkeypatch, tmp_path, script)
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    told = printed(["job", "edit", "7"], capsys, 2)
+    assert re.match(r"maya: error 4007: Reading \S+ failed: No such file or directory\.", told)
+    assert service.said == []
+    assert list((tmp_path / "temporary").iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["VISUAL", "EDITOR"])
+def test_an_editor_with_an_open_quote_is_named(
+    serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str
+) -> None:
+    edited(monkeypatch, tmp_path, "exit 0")
+    monkeypatch.delenv("VISUAL")
+    monkeypatch.setenv(name, "vi '")
+    serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    told = printed(["job", "edit", "7"], capsys, 2)
+    assert f"{name} = vi ' is not valid: No closing quotation." in told
 
 
 def test_no_editor_is_opened_for_a_job_that_has_ended(
