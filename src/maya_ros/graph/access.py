@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, Protocol
 
 from maya_ros.graph.protocol import (
@@ -26,6 +27,7 @@ from maya_ros.graph.table import CALL_OPERATION, MAYA_COMMAND, Kind, asked_by_ca
 from maya_un.client.operations import operation_named
 from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
 from maya_un.http.connections import RightsSource
+from maya_un.process.spec.json_object import decode_object
 from maya_un.robot.primitives.can_teleop import CanTeleop
 from maya_un.service.access.operations import BYSTANDER, ROS, RULES, STOPPING, Caller, Operation, allowed, require
 
@@ -41,6 +43,10 @@ class TokenChecker(RightsSource, Protocol):
         Raises `NotSignedIn`, `TooManyRequests`.
         """
         ...
+
+
+Asks = Callable[[str], Operation]
+"""Returns the operation that using a name of the graph needs."""
 
 
 class Guest:
@@ -80,6 +86,11 @@ class Guest:
         question = isinstance(task, dict) and task.get("command") == CanTeleop.command
         return Operation.READ if question and service == MAYA_COMMAND.name else asked_by_call(service, Kind.SERVICE)
 
+    def name_of(self, name: str, asks: Asks) -> str:
+        """Return the name whose right a name of the graph needs: the name itself."""
+        del asks
+        return name
+
     async def introduce(self, admission: TokenChecker, token: str | None) -> None:
         """Sign in with a token; raises `NotSignedIn`, `TooManyRequests`, and then the client is unknown."""
         self._caller = None
@@ -105,7 +116,7 @@ class SharedGuest(Guest):
     """A client for whom the graph acts as its own user, because no message of the graph names its sender.
 
     So it needs the rights to what is done in the name of that user. Its lease does not go along: to drive, it needs a
-    role that may take the lease. `asked` returns the operations of /call_operation by name.
+    role that may take the lease. `asked` returns the operations of /call_operation by name; it may take seconds.
     """
 
     def __init__(
@@ -132,9 +143,24 @@ class SharedGuest(Guest):
         name = _field(request, "operation")
         if not isinstance(name, str):
             raise InvalidRequest(key="operation", reason="it must be a text")
+        if name in _STOPS:  # a stop does not wait for the others to be known
+            return _STOPS[name]
         operation_named(name)
+        if name == "take_lease" and _arguments(request).get("force"):
+            return Operation.BREAK
         return (await self._asked())[name]
 
+    def name_of(self, name: str, asks: Asks) -> str:
+        """Return the end of a name that is in the table, the name itself if there is none.
+
+        The graph can contain another Maya in a namespace, which also carries out requests of the graph's user.
+        """
+        ends = (name[place:] for place, sign in enumerate(name) if sign == "/")
+        return next((end for end in ends if asks(end) is not Operation.GRAPH), name)
+
+
+_STOPS: Mapping[str, Operation] = {"stop": Operation.STOP, "abort": Operation.ABORT}
+"""The operations of /call_operation that stop the robot."""
 
 _FOR_ANOTHER: Mapping[Operation, Operation] = {
     Operation.PROPOSE: Operation.SUBMIT,
@@ -186,8 +212,9 @@ class RestrictedGraph:
 
         def check() -> None:
             if not (self._guest.left and topic.endswith(_CANCEL)):
-                self._guest.require(asked_by_topic(_whole(topic)))
+                self._guest.require(operation)
 
+        operation = asked_by_topic(self._guest.name_of(_whole(topic), asked_by_topic))
         check()
         return _RestrictedPublisher(self._graph.advertise(topic, kind, latch=latch, queue_size=queue_size), check)
 
@@ -203,7 +230,8 @@ class RestrictedGraph:
 
     async def call(self, service: str, request: Request, kind: str = "") -> Message:
         """Return the answer of a service."""
-        self._guest.require(await self._guest.asked_by(_whole(service), request))
+        name = self._guest.name_of(_whole(service), partial(asked_by_call, form=Kind.SERVICE))
+        self._guest.require(await self._guest.asked_by(name, request))
         return await self._graph.call(service, request, kind)
 
     def expect(self, *services: str) -> None:
@@ -217,7 +245,8 @@ class RestrictedGraph:
 
     def require_action(self, action: str) -> None:
         """Raise the reason if the guest may not send goals to an action."""
-        self._guest.require(asked_by_call(_whole(action), Kind.ACTION))
+        asks = partial(asked_by_call, form=Kind.ACTION)
+        self._guest.require(asks(self._guest.name_of(_whole(action), asks)))
 
     async def do(self, action: str, kind: str, goal: Message, feedback: Feedback | None = None) -> GoalResult:
         """Send a goal to its server and return its outcome and result."""
@@ -271,11 +300,19 @@ class _RestrictedParameters:
         return await self._all.names()
 
 
-def _field(request: Request, name: str) -> Any:
-    """Return a field of a request, the first one if its values have no names; None if it is missing."""
+def _field(request: Request, name: str, place: int = 0) -> Any:
+    """Return a field of a request, the one at `place` if its values have no names; None if it is missing."""
     if isinstance(request, dict):
         return request.get(name)
-    return request[0] if request else None
+    return request[place] if place < len(request) else None
+
+
+def _arguments(request: Request) -> Mapping[str, Any]:
+    """Return the arguments of /call_operation, as its server reads them; raises `InvalidRequest`."""
+    text = _field(request, "arguments", 1)
+    if not isinstance(text, str | None):
+        raise InvalidRequest(key="arguments", reason="it must be a text")
+    return decode_object(text.encode("utf-8", "surrogatepass")) if text and text.strip() else {}
 
 
 def _whole(name: str) -> str:

@@ -129,7 +129,7 @@ class Endpoint:
         with ExitStack() as stack:
             graph = RestrictedGraph(stack.enter_context(self._seat(guest)), guest)
             client = RosbridgeClient(graph, Sender(wire), self._press, language_of(headers))
-            stack.enter_context(self._rights.watched(lambda: guest.known, partial(_look, wire, guest)))
+            stack.enter_context(self._rights.watched(lambda: guest.known, partial(self._look, wire, guest)))
             entry = partial(guest.introduce, self._admission)
             session = RosbridgeSession(client, Rosapi(graph, self._press.now), self._turns, entry)
             self._sessions[wire] = (session, guest, stack.pop_all())
@@ -146,15 +146,18 @@ class Endpoint:
             self._ending.add(task)
             task.add_done_callback(self._ending.discard)
 
+    def _look(self, wire: RosbridgeWire, guest: Guest, now: Caller | MayaError) -> None:
+        """Apply changed rights of a client; disconnect it if it has lost some.
+
+        Its session ends at once: a client that does not respond to the close keeps the connection for a moment.
+        """
+        if not guest.outlasts(now):
+            wire.end(NotSignedIn.code, "your rights have changed; connect again")
+            self.leave(wire)
+
     def _tell_count(self) -> None:
         if self._count is not None:
             self._count.publish({"data": len(self._sessions)})
-
-
-def _look(wire: RosbridgeWire, guest: Guest, now: Caller | MayaError) -> None:
-    """Apply changed rights of a client; disconnect it if it has lost some."""
-    if not guest.outlasts(now):
-        wire.end(NotSignedIn.code, "your rights have changed; connect again")
 
 
 async def _ended(session: RosbridgeSession, guest: Guest, stack: ExitStack) -> None:

@@ -54,6 +54,7 @@ class RosbridgeSession:
         self._entry = entry
         self._subscribing = ClientSubscriptions(client)
         self._publishing = ClientPublications(client, self._subscribing.hears)
+        self._subscribing.on_end = self._publishing.ended
         self._calling = ClientCalls(client, rosapi)
         self._serving = ClientServices(client)
         self._goals = ClientGoals(client)
@@ -101,8 +102,11 @@ class RosbridgeSession:
     def take(self, *texts: str | bytes) -> None:
         """Carry out the messages of one text, after earlier ones.
 
-        A stop does not wait for the check of a token: it begins at once, and again in its order.
+        A stop does not wait for the check of a token: it begins at once, and again in its order. After the end of the
+        session, messages are dropped: the connection can still receive some.
         """
+        if self._closed:
+            return
         self._inbox.extend(texts)
         if self._looked_at:
             self._stop_ahead(texts)

@@ -30,8 +30,11 @@ PATIENCE = 1.0
 """Time after the advertising of a topic during which messages wait for a first subscriber [s]."""
 
 _LOOK = 0.02
-_GOAL = "/goal"
+_GOAL, _RESULT, _ACTION_RESULT = "/goal", "/result", "ActionResult"
 _goals = itertools.count(1)
+
+GoalEnded = Callable[[str, str], None]
+"""Receives action and id of a goal whose result has come."""
 
 
 class _Writing:
@@ -45,7 +48,6 @@ class _Writing:
         self.kind = kind
         self.names: set[Id] = set()
         self.action = types.action_of(kind)
-        self.goals: deque[str] = deque(maxlen=UNDER_WAY)
         self._client = client
         self._publisher = publisher
         self._loop = asyncio.get_running_loop()
@@ -92,6 +94,7 @@ class ClientPublications:
         self._client = client
         self._hears = hears
         self._writings: dict[str, _Writing] = {}
+        self._goals: dict[tuple[str, str], None] = {}  # action and id of goals whose results have not come
         self.ops = {"advertise": self.advertise, "unadvertise": self.unadvertise, "publish": self.publish}
 
     def advertise(self, fields: Fields) -> Awaitable[None] | None:
@@ -136,14 +139,14 @@ class ClientPublications:
         writing = self._writings.get(topic)
         if writing is None:
             return self._publish_on_new(topic, fields)
-        self._publish(writing, fields)
+        self._publish(topic, writing, fields)
         return None
 
     async def _publish_on_new(self, topic: str, fields: Fields) -> None:
         kind = await self._client.type_of(topic)
         writing = self._begin(topic, kind, latch=fields.flag("latch", default=False))
         writing.names.add(None)
-        self._publish(writing, fields)
+        self._publish(topic, writing, fields)
 
     def _begin(self, topic: str, kind: str, *, latch: bool = False, queue_size: int = 100) -> _Writing:
         if len(self._writings) >= TOPICS:
@@ -152,31 +155,54 @@ class ClientPublications:
         writing = self._writings[topic] = _Writing(self._client, kind, publisher, latch=latch)
         return writing
 
-    def _publish(self, writing: _Writing, fields: Fields) -> None:
+    def _publish(self, topic: str, writing: _Writing, fields: Fields) -> None:
         message = _timed(fields.record("msg"))
         if writing.action:
-            message = _named(message)
-        writing.publish(message)
-        if writing.action:
-            writing.goals.append(_id_of(message))
+            self._publish_goal(topic.removesuffix(_GOAL), writing, _named(message))
+        else:
+            writing.publish(message)
+
+    def _publish_goal(self, action: str, writing: _Writing, goal: Message) -> None:
+        """Publish a goal, and keep its id until its result comes, also when the topic is unadvertised before."""
+        id_ = _id_of(goal)
+        if id_ is None or (action, id_) in self._goals:
+            writing.publish(goal)
+            return
+        self._goals[action, id_] = None  # before the publishing, because its result can come during it
+        try:
+            writing.publish(goal)
+        except MayaError:
+            self._goals.pop((action, id_), None)
+            raise
+        if len(self._goals) > UNDER_WAY:
+            action, id_ = next(iter(self._goals))
+            self._cancel(action, [id_])  # one that is under way must not be forgotten
+
+    def ended(self, action: str, goal: str) -> None:
+        """Forget a goal whose result has come."""
+        self._goals.pop((action, goal), None)
 
     def close(self) -> None:
         """Stop publishing, and cancel goals whose results this client would have received.
 
-        A goal must not continue without its client; cancelling one that has ended changes nothing.
+        A goal must not continue without its client.
         """
         with ExitStack() as ends:
-            for topic, writing in self._writings.items():
-                ends.callback(writing.close)
-                if writing.goals and self._hears(topic.removesuffix(_GOAL) + "/result"):
-                    ends.callback(self._cancel, topic.removesuffix(_GOAL), writing.goals)
+            for action in {action for action, _ in self._goals}:
+                ends.callback(self._cancel, action, [id_ for other, id_ in self._goals if other == action])
+            for writing in self._writings.values():
+                ends.callback(writing.close)  # called before the others: a goal can still wait there
         self._writings.clear()
 
-    def _cancel(self, action: str, goals: deque[str]) -> None:
-        canceller = self._client.graph.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+    def _cancel(self, action: str, goals: list[str]) -> None:
+        """Forget goals, and cancel them if the client waits for their results; this changes none that has ended."""
         for goal in goals:
-            canceller.publish({"stamp": {"secs": 0, "nsecs": 0}, "id": goal})
-        canceller.close()
+            self.ended(action, goal)
+        if self._hears(action + _RESULT):
+            canceller = self._client.graph.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+            for goal in goals:
+                canceller.publish({"stamp": {"secs": 0, "nsecs": 0}, "id": goal})
+            canceller.close()
 
 
 async def _after(asked: Awaitable[None], begin: Callable[[], None]) -> None:
@@ -200,8 +226,11 @@ def _named(goal: Message) -> Message:
     return {**goal, "goal_id": {**name, "id": f"/rosbridge/goal-{next(_goals)}"}}
 
 
-def _id_of(goal: Message) -> str:
-    return str(goal["goal_id"]["id"])
+def _id_of(goal: Message) -> str | None:
+    """Return the id of a goal from `_named`, None for an invalid goal."""
+    name = goal.get("goal_id")
+    id_ = name.get("id") if isinstance(name, dict) else None
+    return id_ if isinstance(id_, str) else None
 
 
 _LONGEST_THROTTLE = 86_400_000
@@ -230,9 +259,10 @@ class TopicReading:
     """One topic to which a client subscribes, under the name that the client used.
 
     Of several requests, the least throttle, queue and fragment count, and the strongest compression, as in rosbridge.
+    `ended` receives action and id of goals, if the topic has the results of an action.
     """
 
-    def __init__(self, client: RosbridgeClient, said: str, topic: str, kind: str) -> None:
+    def __init__(self, client: RosbridgeClient, said: str, topic: str, kind: str, ended: GoalEnded) -> None:
         self._client = client
         self._said = said
         self._topic = topic
@@ -246,6 +276,8 @@ class TopicReading:
         self._latest: Outgoing | None = None
         self._loop = asyncio.get_running_loop()
         self._taken: Subscription | None = None
+        self._ended = ended
+        self._action = topic.removesuffix(_RESULT) if _is_of_results(kind) else None
 
     def open(self) -> None:
         """Subscribe; raises the errors of the graph."""
@@ -298,6 +330,8 @@ class TopicReading:
         self._pending = deque(self._pending, maxlen=self._queue)
 
     def _heard(self, message: Message) -> None:
+        if self._action is not None:
+            self._ended(self._action, message["status"]["goal_id"]["id"])
         outgoing = self._latest = self._client.press.outgoing(self._topic, self.kind, message)
         if not self._throttle:
             self._client.sender.send(self._backlog, outgoing.frames(self._form))
@@ -325,12 +359,22 @@ class TopicReading:
             self._wait()
 
 
+def _is_of_results(kind: str) -> bool:
+    """Return whether a type is that of an action's results."""
+    return kind.endswith(_ACTION_RESULT) and bool(types.action_of(kind.removesuffix(_ACTION_RESULT) + "ActionGoal"))
+
+
+def _ignored(_: str, __: str) -> None:
+    """Ignore the end of a goal."""
+
+
 class ClientSubscriptions:
-    """The subscriptions of one client, by the names that it uses."""
+    """The subscriptions of one client, by the names that it uses. `on_end` receives the goals whose results come."""
 
     def __init__(self, client: RosbridgeClient) -> None:
         self._client = client
         self._readings: dict[str, TopicReading] = {}
+        self.on_end: GoalEnded = _ignored
         self.ops = {"subscribe": self.subscribe, "unsubscribe": self.unsubscribe}
 
     def hears(self, topic: str) -> bool:
@@ -360,7 +404,7 @@ class ClientSubscriptions:
     def _begin(self, said: str, topic: str, kind: str, request: SubscribeRequest, name: Id) -> None:
         if len(self._readings) >= TOPICS:
             raise InvalidRequest(key="topic", reason=phrase("a client subscribes to at most {most}", most=TOPICS))
-        reading = TopicReading(self._client, said, topic, kind)
+        reading = TopicReading(self._client, said, topic, kind, self.on_end)
         reading.add(name, request)
         reading.open()
         self._readings[said] = reading

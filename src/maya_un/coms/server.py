@@ -49,7 +49,8 @@ class AgentSwitch:
         """Record and log the error that ended the agent; only a defect of this program ends it."""
         error = None if running.cancelled() else running.exception()
         if error is not None:
-            self._failure = InternalError(reason=_kind(error))  # its text could contain a credential
+            if running is self._running:  # otherwise another agent has been connected since
+                self._failure = InternalError(reason=_kind(error))  # its text could contain a credential
             running.get_loop().call_exception_handler({"message": "the agent ended", "exception": error})
 
     async def disconnect(self) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import AsyncIterator, Generator, Mapping
+from collections.abc import AsyncIterator, Collection, Generator, Mapping
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
@@ -32,14 +32,16 @@ _MOST_BITS = 1024
 
 
 def check_deadline(deadline: float, key: str = "deadline") -> None:
-    """Raise `InvalidValue` naming `key` for a time that is too long [s]."""
-    if not deadline <= LONGEST_DEADLINE:
+    """Raise `InvalidValue` naming `key` for a time that is not positive, or too long [s]."""
+    if not 0.0 < deadline <= LONGEST_DEADLINE:
         reason = phrase("it must be seconds, more than 0, at most {most:g}", most=LONGEST_DEADLINE)
         raise InvalidValue(key=key, value=shown(deadline), reason=reason)
 
 
 def shown(value: object) -> object:
-    """Return a value for a message: of a long integer, its beginning."""
+    """Return a value for a message: of a long integer, its beginning; of a collection, which can hold one, its type."""
+    if isinstance(value, Collection) and not isinstance(value, str | bytes):
+        return type(value).__name__
     return f"{value:#x}"[:20] + "…" if isinstance(value, int) and value.bit_length() > _MOST_BITS else value
 
 
@@ -72,7 +74,7 @@ def _check_value(argument: Argument, name: str, value: object) -> None:
 def command_text(id_: str, robot: str, command: str, args: Mapping[str, Any], deadline: float, supervisor: str) -> str:
     """Return the JSON text of a command of `supervisor` whose step must start within `deadline` [s].
 
-    Raises `InvalidValue` for a longer time than `LONGEST_DEADLINE`.
+    Raises `InvalidValue` for a time that is not positive, or longer than `LONGEST_DEADLINE`.
     """
     check_deadline(deadline)
     until = datetime.now(UTC) + timedelta(seconds=deadline)

@@ -13,6 +13,7 @@ from maya_un.coms.robot import Rosbridge
 from maya_un.coms.server import AgentSwitch, application
 from maya_un.errors import InternalError, InvalidRequest, InvalidValue
 from tests.unit.coms.memory import Memory
+from tests.virtual_time import turn
 from tests.waiting import until
 
 AT = "http://127.0.0.1:3000"
@@ -58,6 +59,35 @@ async def test_agent_that_ended_is_reported_and_connects_again() -> None:
     await until(lambda: len(logged) == 2)
     await switch.disconnect()
     assert switch.status()["state"] == "idle"
+
+
+class Gated(Defective):
+    """An agent with a defect that shows when its gate opens."""
+
+    def __init__(self, gate: asyncio.Event) -> None:
+        super().__init__("MAYA", Rosbridge("ws://lab:1"), Memory(), lambda: "")
+        self._gate = gate
+
+    async def run(self) -> None:
+        await self._gate.wait()
+        await self._fail()
+
+
+async def test_failure_of_an_earlier_agent_is_not_that_of_its_successor() -> None:
+    logged = list[dict[str, Any]]()
+    asyncio.get_running_loop().set_exception_handler(lambda _, context: logged.append(context))
+    gate = asyncio.Event()
+    made = [Gated(gate), Gated(asyncio.Event())]
+    switch = AgentSwitch(lambda: made.pop(0), "MAYA")
+    switch.connect()
+    await turn()
+    gate.set()
+    await asyncio.sleep(0)  # the agent has ended, and its end is not yet noted
+    switch.connect()
+    assert made == []
+    await until(lambda: bool(logged))
+    assert switch.status()["state"] == "connecting"
+    await switch.disconnect()
 
 
 @pytest.mark.parametrize("headers", [{}, {"Origin": AT}])

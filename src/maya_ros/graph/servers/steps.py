@@ -107,6 +107,7 @@ class Steps:
         self._order = asyncio.Lock()
         self._waiting: dict[str, asyncio.Task[StepEnd]] = {}
         self._latest: dict[str, StepProgress] = {}  # of the steps in `_waiting`
+        self._digests: dict[str, str] = {}  # of the steps in `_waiting`
         self._unstored: dict[str, StoredStep] = {}
         self._doing: asyncio.Task[GoalResult] | None = None
         self._halts = 0
@@ -144,12 +145,12 @@ class Steps:
         try:
             return step_of(data, id_)
         except MayaError as error:
-            if await self._known(id_) is not None:
+            if id_ in self._waiting or await self._known(id_) is not None:
                 raise KeyReused(key=id_) from error
             raise
 
     async def _known(self, id_: str) -> StoredStep | None:
-        """Return the step with an id, None if it is unknown."""
+        """Return the step with an id, None if it is unknown; raises `StorageFailed`, so look in `_waiting` first."""
         return await self._store.find(id_) or self._unstored.get(id_)
 
     def _not_stored(self, step: StepCommand, result: StepEnd) -> StepEnd:
@@ -187,11 +188,12 @@ class Steps:
     async def _admitted(self, step: StepCommand, date: str) -> StepEnd | asyncio.Task[StepEnd]:
         """Accept a step, or return its known result; raises the `MayaError` that refuses it."""
         async with self._admission:
+            if step.id in self._waiting:  # the store may fail, and a step that runs must not be reported as refused
+                return self._under_way(step)
             kept = await self._known(step.id)
             if kept is not None:
-                if kept.digest != step.digest:
-                    raise KeyReused(key=step.id)
-                return kept.result or self._under_way(step.id) or await self._interrupted(kept)
+                _require_same(step, kept.digest)
+                return await self._interrupted(kept)
             try:
                 self._check(step)
             except MayaError as error:
@@ -200,27 +202,26 @@ class Steps:
             await self._store.accept(step.id, step.digest, date, step.warnings, begins=begins)
             work = self._carry_out(step, date, halts, begins=begins)
             task = asyncio.get_running_loop().create_task(work, name=f"step {step.id}")
-            self._waiting[step.id] = task
+            self._waiting[step.id], self._digests[step.id] = task, step.digest
             task.add_done_callback(lambda _: self._forget(step.id))
             self._tell(StepProgress(step.id, StepState.ACCEPTED, date))
             return task
 
-    def _under_way(self, id_: str) -> asyncio.Task[StepEnd] | None:
-        """Return the task of a step that waits or runs, None for another one.
+    def _under_way(self, step: StepCommand) -> asyncio.Task[StepEnd]:
+        """Return the task of a step that waits or runs; raises `KeyReused` if it has other content.
 
         Its latest report is repeated: who sends a command again may have missed it, and sends no other one before.
         """
-        task = self._waiting.get(id_)
-        if task is not None:
-            self._report(self._latest[id_])
-        return task
+        _require_same(step, self._digests[step.id])
+        self._report(self._latest[step.id])
+        return self._waiting[step.id]
 
     def _tell(self, progress: StepProgress) -> None:
         self._latest[progress.id] = progress
         self._report(progress)
 
     def _forget(self, id_: str) -> None:
-        del self._waiting[id_], self._latest[id_]
+        del self._waiting[id_], self._latest[id_], self._digests[id_]
 
     async def _refused(self, step: StepCommand, error: MayaError, date: str) -> StepEnd:
         """Store a refusal as a result, so that the same command does not run later when the reason has gone."""
@@ -315,6 +316,12 @@ class Steps:
         result = StepEnd(kept.id, sentence, INTERRUPTED, kept.started, self._date(), kept.warnings)
         await self._store.end(kept.id, result)
         return result
+
+
+def _require_same(step: StepCommand, digest: str) -> None:
+    """Raise `KeyReused` if a step does not have the content of an earlier one with its id."""
+    if digest != step.digest:
+        raise KeyReused(key=step.id)
 
 
 @asynccontextmanager

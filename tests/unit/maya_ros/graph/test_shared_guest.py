@@ -18,8 +18,11 @@ from maya_ros.graph.table import CALL_OPERATION, HOME, SEND_TASK, STOP
 from maya_ros.ros1.serving import asked_by_operation
 from maya_un.client.operations import operations
 from maya_un.client.request import Request
-from maya_un.errors import InvalidRequest, MayaError, NotSignedIn
+from maya_un.errors import InvalidRequest, MayaError, NotAllowed, NotSignedIn
 from maya_un.service.access.operations import ROS, Caller, Operation, Role
+
+OTHER = "/lab/maya2"
+"""The namespace of another Maya in the graph."""
 
 OWNER = Caller("root", Role.ADMIN, "ros", implicit=True)
 
@@ -83,18 +86,29 @@ async def seated(role: Role | None, lease: str = "") -> AsyncIterator[Restricted
     async def stop(_: Message) -> Message:
         return {"success": True, "message": ""}
 
+    async def answered(_: Message) -> Message:
+        return {**success(), "result": "{}"}
+
     robot = bus.node("robot")
-    robot.act(HOME.name, HOME.type, home)
-    robot.serve(STOP.name, STOP.type, stop)
+    for space in ("", OTHER):
+        robot.act(space + HOME.name, HOME.type, home)
+        robot.serve(space + STOP.name, STOP.type, stop)
+    robot.serve("/camera/stop", STOP.type, stop)
+    robot.serve(OTHER + CALL_OPERATION.name, CALL_OPERATION.type, answered)
     async with OperationServer(App(), who).open(robot):
         yield RestrictedGraph(bus.node("rosbridge"), guest)
     robot.close()
 
 
-def called(name: str, /, **arguments: Any) -> Callable[[RestrictedGraph], Awaitable[object]]:
-    """Return what calls an operation."""
+def called(name: str, of: str = "", /, **arguments: Any) -> Callable[[RestrictedGraph], Awaitable[object]]:
+    """Return what calls an operation of the Maya in a namespace."""
     request = {"operation": name, "arguments": json.dumps(arguments)}
-    return lambda graph: graph.call(CALL_OPERATION.name, request)
+    return lambda graph: graph.call(of + CALL_OPERATION.name, request)
+
+
+async def cancelled(graph: RestrictedGraph) -> None:
+    """Cancel a goal of the other Maya."""
+    graph.advertise(f"{OTHER}{HOME.name}/cancel", "actionlib_msgs/GoalID").publish({"id": "1"})
 
 
 async def proposed(graph: RestrictedGraph) -> None:
@@ -118,12 +132,21 @@ REQUESTS: dict[str, tuple[tuple[int, int, int, int, int], Callable[[RestrictedGr
     "pause": ((4101, 4102, 0, 0, 0), called("pause_queue")),
     "submit": ((4101, 4102, 4102, 0, 0), called("submit", job=JOB)),
     "jog": ((4101, 4102, 4102, 0, 0), called("jog_release")),
-    "take a lease": ((4101, 4102, 4102, 0, 0), called("ask_for_lease")),
+    "ask for a lease": ((4101, 4102, 4102, 0, 0), called("ask_for_lease")),
+    "take the lease": ((4101, 4102, 4102, 0, 0), called("take_lease", force=False)),
+    "take the lease by force": ((4101, 4102, 4102, 4102, 0), called("take_lease", force=True)),
     "sign out": ((4101, 4102, 4102, 4102, 0), called("sign_out")),
     "add a user": ((4101, 4102, 4102, 4102, 0), called("add_user", name="mallory", role="admin")),
     "home": ((4101, 4102, 4102, 0, 0), lambda graph: graph.do(HOME.name, HOME.type, {})),
     "send a task": ((4101, 4102, 4102, 0, 0), proposed),
     "stop": ((0, 0, 0, 0, 0), lambda graph: graph.call(STOP.name, {})),
+    "stop by its name": ((0, 0, 0, 0, 0), called("stop")),
+    "stop the other": ((0, 0, 0, 0, 0), lambda graph: graph.call(OTHER + STOP.name, {})),
+    "home the other": ((4101, 4102, 4102, 0, 0), lambda graph: graph.do(OTHER + HOME.name, HOME.type, {})),
+    "cancel on the other": ((0, 0, 0, 0, 0), cancelled),
+    "read the other": ((4101, 0, 0, 0, 0), called("status", OTHER)),
+    "add a user to the other": ((4101, 4102, 4102, 4102, 0), called("add_user", OTHER, name="mallory", role="admin")),
+    "another service": ((4101, 4102, 4102, 0, 0), lambda graph: graph.call("/camera/stop", {})),
 }
 """Requests, and how they are answered without a token, to a viewer, a student, an operator and an administrator."""
 
@@ -144,6 +167,22 @@ async def test_unknown_operation_is_refused_before_the_call() -> None:
                 await graph.call(CALL_OPERATION.name, {"operation": name})
         with pytest.raises(InvalidRequest):
             await graph.call(CALL_OPERATION.name, [])
+
+
+async def test_stop_does_not_wait_until_the_other_operations_are_known() -> None:
+    async def never() -> Mapping[str, Operation]:
+        raise AssertionError
+
+    guest = SharedGuest(never)
+    for name in ("stop", "abort"):
+        assert await guest.asked_by(CALL_OPERATION.name, {"operation": name}) is asked_by_operation()[name]
+
+
+@pytest.mark.parametrize("request_", [["take_lease", '{"force": true}'], {"operation": "take_lease", "arguments": 5}])
+async def test_force_is_found_in_arguments_of_every_form(request_: Any) -> None:
+    async with seated(Role.OPERATOR) as graph:
+        with pytest.raises((NotAllowed, InvalidRequest)):
+            await graph.call(CALL_OPERATION.name, request_)
 
 
 def test_right_to_every_operation_is_known() -> None:

@@ -479,18 +479,22 @@ async def test_a_refusal_that_cannot_be_stored_is_final_too(
         assert (await steps.answer(command("1"))).error is None, "it is forgotten after 1000 others"
 
 
-async def test_a_step_under_way_is_known_although_its_journal_could_not_be_read(
+async def test_steps_under_way_are_known_although_their_journal_cannot_be_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = Robot()
     async with steps_in(tmp_path, robot) as steps:
-        running = asyncio.create_task(steps.answer(command("1")))
+        running = [asyncio.create_task(steps.answer(command(id_))) for id_ in "12"]
         await elapse(0.5)
         with monkeypatch.context() as full:
             full.setattr(StepStore, "find", _full)
-            assert (await steps.answer(command("1"))).code == str(StorageFailed.code)
-        assert await steps.answer(command("1")) == await running
-    assert len(robot.begun) == 1
+            for id_ in "12":
+                assert (await steps.answer(command(id_, "can_teleop"))).code == str(KeyReused.code)
+                assert (await steps.answer(command(id_, "dance"))).code == str(KeyReused.code)
+            again = await asyncio.gather(*(steps.answer(command(id_)) for id_ in "12"))
+        assert again == await asyncio.gather(*running)
+        assert [result.error for result in again] == [None, None]
+    assert len(robot.begun) == 2
 
 
 async def test_a_journal_keeps_its_name_and_no_other_has_it(tmp_path: Path) -> None:

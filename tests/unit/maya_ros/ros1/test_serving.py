@@ -57,15 +57,21 @@ class Users(Everybody):
 
 
 class Wire(ClientOutput):
-    """The connection of a client, who leaves at its end."""
+    """The connection of a client, who leaves at its end if it `responds`."""
 
-    def __init__(self, endpoint: Endpoint) -> None:
+    def __init__(self, endpoint: Endpoint, *, responds: bool = True) -> None:
         super().__init__()
         self._endpoint = endpoint
+        self._responds = responds
 
     def end(self, code: int, reason: str) -> None:
         """Leave."""
         super().end(code, reason)
+        if self._responds:
+            self.leave()
+
+    def leave(self) -> None:
+        """Close the connection."""
         self._endpoint.leave(self)  # pyright: ignore[reportArgumentType]
 
     def enter(self, *, local: bool) -> Callable[..., None]:
@@ -98,8 +104,8 @@ def test_student_cannot_drive_as_the_user_of_the_graph() -> None:
     run(main())
 
 
-@pytest.mark.parametrize("local", [False, True])
-def test_nothing_remains_of_a_client_whose_rights_have_ended(local: bool) -> None:
+@pytest.mark.parametrize(("local", "responds"), [(False, True), (True, True), (True, False)])
+def test_nothing_remains_of_a_client_whose_rights_have_ended(local: bool, responds: bool) -> None:
     async def main() -> None:
         bus, users, stopped = Bus(), Users(Role.OPERATOR), asyncio.Event()
         begun = asyncio.Event()
@@ -114,7 +120,7 @@ def test_nothing_remains_of_a_client_whose_rights_have_ended(local: bool) -> Non
 
         bus.node("hw").act(MOVE.name, MOVE.type, act)
         endpoint = endpoint_of(bus.node("rosbridge"), lambda: DATE, OriginPolicy(), users)
-        wire = Wire(endpoint)
+        wire = Wire(endpoint, responds=responds)
         say = wire.enter(local=local)
         say("subscribe", topic=f"{MOVE.name}/result", type=f"{MOVE.type}ActionResult")
         say("subscribe", topic="/news", type="std_msgs/String")
@@ -127,7 +133,12 @@ def test_nothing_remains_of_a_client_whose_rights_have_ended(local: bool) -> Non
         await asyncio.wait_for(stopped.wait(), 5.0)
         while news.readers:
             await turn()
+        say("advertise", topic="/late", type="std_msgs/String")
+        wire.leave()
+        await turn()
         assert [code for code, _ in wire.ended] == [NotSignedIn.code]
+        assert endpoint.clients == 0
+        assert bus.topics.find("/late") is None
 
     run(main())
 

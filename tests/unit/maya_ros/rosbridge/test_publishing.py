@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from maya_ros.graph.protocol import Feedback, GoalStatus, Message
-from maya_ros.rosbridge.limits import TOPICS
+from maya_ros.rosbridge.limits import TOPICS, UNDER_WAY
 from tests.rosbridge_clients import DATE, ClientBus, Said, client_bus, settled
 from tests.virtual_time import elapse
 
@@ -230,6 +230,67 @@ async def test_goal_goes_on_when_its_client_does_not_wait_for_the_result() -> No
         await one.leave(talker)
         await settled()
         assert (len(acting.begun), acting.cancelled) == (1, 0)
+
+
+async def test_a_goal_is_cancelled_although_its_client_has_unadvertised_the_topic() -> None:
+    async with client_bus() as one:
+        acting, talker, cancels = Acting(one), one.talker(), received(one, "/task/cancel", "actionlib_msgs/GoalID")
+        await talker.ask("subscribe", topic="/task/result", type="maya_robot/TaskActionResult")
+        await talker.ask("publish", topic="/task/goal", msg=GOAL)
+        await talker.ask("unadvertise", topic="/task/goal")
+        assert (len(acting.begun), acting.cancelled) == (1, 0)
+        await one.leave(talker)
+        await settled()
+        assert (acting.cancelled, [cancel["id"] for cancel in cancels]) == (1, ["g1"])
+
+
+class Ending(Acting):
+    """Serves /task: the goal "home" is carried out until it is cancelled, every other one ends at once."""
+
+    async def act(self, goal: Message, feedback: Feedback) -> Message:
+        if goal["task"]["command"] == "home":
+            return await super().act(goal, feedback)
+        feedback({"phase": "done"})
+        return {}
+
+
+@pytest.mark.parametrize("more", [1, UNDER_WAY + 1])
+async def test_a_goal_is_cancelled_after_other_goals_that_have_ended(more: int) -> None:
+    async with client_bus() as one:
+        acting, talker, cancels = Ending(one), one.talker(), received(one, "/task/cancel", "actionlib_msgs/GoalID")
+        await talker.ask("subscribe", topic="/task/result", type="maya_robot/TaskActionResult")
+        await talker.ask("publish", topic="/task/goal", msg=GOAL)
+        for number in range(more):
+            other = {"goal_id": {"id": f"x{number}"}, "goal": {"task": {"command": "can_teleop"}}}
+            await talker.ask("publish", topic="/task/goal", msg=other)
+        assert (acting.cancelled, cancels) == (0, [])
+        await one.leave(talker)
+        await settled()
+        assert (acting.cancelled, [cancel["id"] for cancel in cancels]) == (1, ["g1"])
+
+
+@pytest.mark.parametrize("waits", [True, False])
+async def test_the_oldest_of_too_many_goals_under_way_is_cancelled_if_its_client_waits(waits: bool) -> None:
+    async with client_bus() as one:
+        talker, cancels = one.talker(), received(one, "/task/cancel", "actionlib_msgs/GoalID")
+        if waits:
+            await talker.ask("subscribe", topic="/task/result", type="maya_robot/TaskActionResult")
+        for number in range(UNDER_WAY + 1):
+            talker.say("publish", topic="/task/goal", msg=GOAL | {"goal_id": {"id": f"g{number}"}})
+        assert await talker.told() == []
+        assert [cancel["id"] for cancel in cancels] == ["g0"][:waits]
+
+
+async def test_an_invalid_goal_is_not_cancelled() -> None:
+    async with client_bus() as one:
+        talker, cancels = one.talker(), received(one, "/task/cancel", "actionlib_msgs/GoalID")
+        await talker.ask("subscribe", topic="/task/result", type="maya_robot/TaskActionResult")
+        for invalid in ({"goal_id": 5}, {"goal_id": {"id": 5}}, GOAL | {"goal": 5}):
+            (told,) = await talker.ask("publish", topic="/task/goal", msg=invalid)
+            assert told["code"] == 4018
+        await one.leave(talker)
+        await settled()
+        assert cancels == []
 
 
 async def test_actions_are_driven_by_their_topics_as_in_ros_1() -> None:

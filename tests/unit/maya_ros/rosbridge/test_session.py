@@ -280,3 +280,11 @@ async def test_error_at_the_end_of_a_client_leaves_nothing_open(monkeypatch: pyt
             await talker.session.close()
         assert news.readers == 0
         monkeypatch.undo()
+
+
+async def test_messages_after_the_end_of_the_session_are_dropped() -> None:
+    async with client_bus() as one:
+        talker = one.talker()
+        await one.leave(talker)
+        talker.say("set_level", level="info")
+        assert not talker.session._inbox
