@@ -95,6 +95,7 @@ class ClientPublications:
         self._hears = hears
         self._writings: dict[str, _Writing] = {}
         self._goals: dict[tuple[str, str], None] = {}  # action and id of goals whose results have not come
+        self._cancellers: dict[str, Publisher] = {}
         self.ops = {"advertise": self.advertise, "unadvertise": self.unadvertise, "publish": self.publish}
 
     def advertise(self, fields: Fields) -> Awaitable[None] | None:
@@ -168,6 +169,7 @@ class ClientPublications:
         if id_ is None or (action, id_) in self._goals:
             writing.publish(goal)
             return
+        self._canceller(action)
         self._goals[action, id_] = None  # before the publishing, because its result can come during it
         try:
             writing.publish(goal)
@@ -188,6 +190,8 @@ class ClientPublications:
         A goal must not continue without its client.
         """
         with ExitStack() as ends:
+            for canceller in self._cancellers.values():
+                ends.callback(canceller.close)
             for action in {action for action, _ in self._goals}:
                 ends.callback(self._cancel, action, [id_ for other, id_ in self._goals if other == action])
             for writing in self._writings.values():
@@ -199,10 +203,18 @@ class ClientPublications:
         for goal in goals:
             self.ended(action, goal)
         if self._hears(action + _RESULT):
-            canceller = self._client.graph.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+            canceller = self._canceller(action)
             for goal in goals:
                 canceller.publish({"stamp": {"secs": 0, "nsecs": 0}, "id": goal})
-            canceller.close()
+
+    def _canceller(self, action: str) -> Publisher:
+        """Return what cancels goals of an action: it is advertised with the first goal.
+
+        A server of ROS 1 connects to it in some milliseconds, and a message that is published earlier is lost.
+        """
+        if action not in self._cancellers:
+            self._cancellers[action] = self._client.graph.advertise(f"{action}/cancel", "actionlib_msgs/GoalID")
+        return self._cancellers[action]
 
 
 async def _after(asked: Awaitable[None], begin: Callable[[], None]) -> None:

@@ -244,6 +244,19 @@ async def test_a_goal_is_cancelled_although_its_client_has_unadvertised_the_topi
         assert (acting.cancelled, [cancel["id"] for cancel in cancels]) == (1, ["g1"])
 
 
+async def test_the_cancel_of_a_goal_is_advertised_with_it() -> None:
+    """A server of ROS 1 needs time to connect: what is published before that is lost."""
+    async with client_bus() as one:
+        talker = one.talker()
+        await talker.ask("advertise", topic="/task/goal", type="maya_robot/TaskActionGoal")
+        assert "/task/cancel" not in one.bus.topics.kinds
+        await talker.ask("publish", topic="/task/goal", msg=GOAL)
+        assert one.bus.topics.kinds["/task/cancel"] == "actionlib_msgs/GoalID"
+        await one.leave(talker)
+        await settled()
+        assert "/task/cancel" not in one.bus.topics.kinds
+
+
 class Ending(Acting):
     """Serves /task: the goal "home" is carried out until it is cancelled, every other one ends at once."""
 
