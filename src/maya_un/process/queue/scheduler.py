@@ -210,8 +210,8 @@ class Scheduler:
     def aside(self, command: str) -> Iterator[None]:
         """Begin no job while the block drives the robot past the queue.
 
-        If the block ends by a stop, the queue pauses: no job begins because of it, whoever stopped the robot. Raises
-        `Busy` while another block or a job runs.
+        If a stop ends the block, the queue pauses, so the stop begins no job. Raises `Busy` while another block or a
+        job runs.
         """
         if self._aside:
             raise Busy(doing=self._aside)
