@@ -72,6 +72,23 @@ def test_space_stops_and_presses_nothing(robot: Service, tab: Tab, focus: str) -
     assert tab.get("[window.pressed ?? false, document.documentElement.dataset.theme]") == [False, "dark"]
 
 
+AT_ONCE = """([key]) => {
+    const press = (key) => new KeyboardEvent('keydown', { key, bubbles: true, cancelable: true });
+    key.dispatchEvent(press('Enter'));
+    key.dispatchEvent(press(' '));
+}"""
+"""Begin a jog by a key, and press Space before any state of the robot can have arrived."""
+
+
+def test_space_stops_a_jog_before_the_page_knows_that_the_robot_moves(robot: Service, tab: Tab) -> None:
+    tab.open("/drive")
+    tab.until("document.querySelector('[data-jog]:not([aria-disabled])')")
+    since = robot.newest
+    tab.page.locator("[data-jog]").first.evaluate_all(AT_ONCE)
+    robot.until_event("stopped", since)
+    robot.require_rest()
+
+
 def test_space_in_a_text_field_is_a_space(robot: Service, tab: Tab) -> None:
     tab.open("/history")
     field = tab.page.locator("main input:is([type=search], [type=text], :not([type]))").first

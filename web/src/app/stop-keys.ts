@@ -1,4 +1,5 @@
 import { stop } from "../api/stop.ts";
+import { activeHold } from "../parts/jog.ts";
 import { state } from "../state/robot.ts";
 
 /** Escape stops when it is pressed twice within this time [ms]. */
@@ -9,11 +10,12 @@ function inText(target: EventTarget | null): boolean {
 }
 
 function active(): boolean {
+  if (activeHold.value !== null) return true; // the robot may move, and no state has told so yet
   const now = state.value;
   return now !== null && (now.moving || now.mode === "homing" || now.mode === "moving");
 }
 
-/** Listens to the keys of stop: Space while anything moves, except in a text field, and Escape twice always. */
+/** Listens to the keys of stop: Space while anything moves or this page jogs, except in a text field, and Escape twice always. */
 export function listenForStop(): void {
   let escaped = -TWICE;
   const onKey = (event: KeyboardEvent) => {
