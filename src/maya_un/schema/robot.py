@@ -164,7 +164,8 @@ class Signals:
 class HeldJog:
     """The state of a held jog: `moving` or at rest. `limit` names the limit that ended it, or ""; `reason` explains it.
 
-    A jog that neither moves nor met a limit was stopped; it can begin again after the key was released.
+    A jog that neither moves nor met a limit waits while the previous one brakes, or was stopped. One that was stopped
+    begins again only after its key was released and pressed.
     """
 
     axis: str

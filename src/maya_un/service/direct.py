@@ -46,6 +46,8 @@ _MOST_PRESSES = 64
 """Number of ended presses that are remembered."""
 
 _REFUSED_WITHIN = 0.05
+_ANSWERED_WITHIN = 0.5
+"""Part of a held jog's patience after which a request is answered though the previous jog still brakes."""
 _ROUNDING = 1e-6
 
 
@@ -120,16 +122,19 @@ class HeldJogs:
         self._until = 0.0
         self._task: asyncio.Task[Jogged] | None = None
         self._moved: _Key | None = None
+        self._stops = 0
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
+        self._beginning: set[asyncio.Task[bool]] = set()
         self._press: str | None = None
         self._ended: deque[str] = deque(maxlen=_MOST_PRESSES)
 
     async def hold(self, axis: str, direction: int, speed: float, press: str | None = None) -> HeldJog:
         """Start a held jog, or renew it; for another axis, direction or speed, the previous jog first comes to rest.
 
-        A `press` that has ended, for whatever reason, moves nothing any more. Returns as soon as it moves. Raises the
-        errors of a motion, and `InvalidValue` for a direction other than 1 and -1.
+        A `press` that has ended, for whatever reason, moves nothing any more. Returns as soon as it moves, and earlier
+        if the previous jog brakes for long: the client must renew the key meanwhile. Raises the errors of a motion, and
+        `InvalidValue` for a direction other than 1 and -1.
         """
         if direction not in (1, -1):
             raise InvalidValue(key="direction", value=direction, reason="it must be 1 or -1")
@@ -167,7 +172,7 @@ class HeldJogs:
         self._brake()
         self._key = key
         self._renew()
-        await self._begin(key, press)
+        await self._begun(key, press)
         return self._answer(key)
 
     async def release(self, press: str | None = None) -> None:
@@ -184,7 +189,7 @@ class HeldJogs:
             self._watch = None
         self._brake()
         if self._task is not None:
-            await asyncio.wait({self._task})
+            await asyncio.wait({self._task, *self._beginning})
         self._let_jobs_begin()
 
     def halt(self) -> None:
@@ -197,7 +202,7 @@ class HeldJogs:
         """Return whether the robot was stopped, or a fault came, since the held press began."""
         if self._moved is not None and self._task is not None and not self._halted:
             ended = self._task.done() and not self._task.cancelled()
-            failed = ended and isinstance(self._task.exception(), _ENDS_PRESS)
+            failed = ended and (self._was_stopped() or isinstance(self._task.exception(), _ENDS_PRESS))
             self._halted = failed or self._controller.state.mode in (Mode.FAULT, Mode.DISCONNECTED)
         return self._halted
 
@@ -215,16 +220,28 @@ class HeldJogs:
         if self._turns is not None and not self._is_aside:
             self._aside.enter_context(self._turns.aside("jog"))
             self._is_aside = True
+        self._stops = self._controller.stops
         try:
             return await self._controller.jog(key.along, key.direction * LONGEST, speed=key.speed, clip=True)
-        except Stopped:
-            if self._turns is not None:
-                self._turns.pause_by_itself("stop")
-            raise
+        except (Stopped, asyncio.CancelledError) as end:
+            if not isinstance(end, Stopped) and not self._was_stopped():
+                raise
+            self._pause_jobs("stop")
+            raise Stopped from None  # also if the stop came while the jog braked for another key
+
+    def _was_stopped(self) -> bool:
+        """Return whether the robot was stopped since the latest jog began."""
+        return self._controller.stops != self._stops
+
+    def _pause_jobs(self, reason: str) -> None:
+        if self._turns is not None:
+            self._turns.pause_by_itself(reason)
 
     def _let_jobs_begin(self) -> None:
         """Let jobs begin again, unless a press goes on or the robot still moves for one."""
         if self._is_aside and (self._key is None or self._is_over()) and (self._task is None or self._task.done()):
+            if self._was_stopped():
+                self._pause_jobs("stop")
             self._is_aside = False
             self._aside.close()
 
@@ -232,24 +249,36 @@ class HeldJogs:
         if self._task is not None and not self._task.done() and not self._task.cancelling():
             self._task.cancel()
 
-    async def _begin(self, key: _Key, press: str | None) -> None:
-        """Start the jog when the previous one is at rest, unless the press is over or the key changed."""
+    async def _begun(self, key: _Key, press: str | None) -> None:
+        """Begin the jog; return early if the previous one brakes for long, so that the client can renew its key."""
+        beginning = asyncio.get_running_loop().create_task(self._begin(key, press))
+        self._beginning.add(beginning)
+        beginning.add_done_callback(self._beginning.discard)
+        try:
+            await asyncio.wait({beginning}, timeout=self._patience * _ANSWERED_WITHIN)
+        except asyncio.CancelledError:
+            beginning.cancel()
+            raise
+        if beginning.done() and beginning.result() and key.is_like(self._key):
+            self._renew()
+
+    async def _begin(self, key: _Key, press: str | None) -> bool:
+        """Start the jog when the previous one is at rest; return False if the press is over or the key changed."""
         async with self._turn:
             if self._task is not None:
                 await asyncio.wait({self._task})
             wanted = self._key  # its speed may be newer
             if self._is_over() or press != self._press or wanted is None or not key.is_like(wanted):
-                return
+                return False
             if asyncio.get_running_loop().time() > self._until:
-                return
+                return False
             self._task = asyncio.get_running_loop().create_task(self._jog(wanted), name="held jog")
             self._task.add_done_callback(_retrieved)
             self._task.add_done_callback(lambda _: self._let_jobs_begin())
             self._moved = key
             # A refusal is raised before any waiting for motion.
             await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
-            if key.is_like(self._key):
-                self._renew()
+            return True
 
     async def _goes_on(self, key: _Key, speed: float) -> bool:
         """Continue the jog of the held `key` at `speed`; return False if it must begin again for that."""
@@ -283,8 +312,8 @@ class HeldJogs:
         if loop.time() < self._until - _ROUNDING:
             self._watch = loop.call_at(self._until, self._expired)
         else:
-            if self._is_aside and self._turns is not None:
-                self._turns.pause_by_itself("driver")  # the user may no longer watch
+            if self._is_aside:
+                self._pause_jobs("driver")  # the user may no longer watch
             self._end_press()
             self._brake()
             self._let_jobs_begin()

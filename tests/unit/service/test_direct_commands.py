@@ -144,7 +144,8 @@ async def test_due_job_waits_for_a_held_jog_in_every_direction_and_then_begins(e
             assert (await layers.service.jog_hold("b", -1, press="first")).moving
             await elapse(0.1)
         if end == "new press":
-            assert (await layers.service.jog_hold("c", 1, press="second")).moving
+            while not (await layers.service.jog_hold("c", 1, press="second")).moving:
+                await elapse(0.1)
         assert (await layers.service.job(job)).state is TaskState.QUEUED
         await layers.service.jog_release("first" if end == "release" else "second")
         assert (await layers.service.wait(job)).state is TaskState.DONE
@@ -208,6 +209,50 @@ async def test_stop_of_a_jog_pauses_the_queue_and_the_jog_no_longer_keeps_it(*, 
         assert layers.controller.state.mode is Mode.IDLE
         await service.queue.resume()
         assert (await service.wait(job)).state is TaskState.DONE
+
+
+TURNS: dict[str, tuple[int, float]] = {"direction": (-1, 1.0), "speed": (1, 0.5)}
+"""Direction and speed of the key that is held after the first one."""
+
+
+@pytest.mark.parametrize("later", [0.0, 0.1, 0.4])
+@pytest.mark.parametrize("turn", TURNS)
+async def test_stop_past_the_service_while_a_held_jog_brakes_for_another_key_ends_the_press(
+    turn: str, later: float
+) -> None:
+    direction, speed = TURNS[turn]
+    async with robot() as layers:
+        service = layers.service
+        await service.jog_hold("b", 1, press="p")
+        await elapse(0.2)
+        job = await waiting(layers)
+        assert (await service.jog_hold("b", 1, press="p")).moving
+        task = asyncio.ensure_future(service.jog_hold("b", direction, speed=speed, press="p"))
+        await elapse(later)
+        await layers.controller.stop()
+        await asyncio.wait({task})
+        for _ in range(10):
+            with suppress(Stopped):
+                await service.jog_hold("b", direction, speed=speed, press="p")
+            await elapse(0.2)
+        assert layers.controller.state.mode is Mode.IDLE
+        await service.jog_release("p")
+        await elapse(5.0)
+        assert (await service.job(job)).state is TaskState.QUEUED
+
+
+async def test_stop_past_the_service_ends_a_press_that_rests_at_the_border() -> None:
+    async with robot() as layers:
+        service = layers.service
+        while (await service.jog_hold("b", 1, press="p")).moving:
+            await elapse(0.2)
+        job = await waiting(layers)
+        await layers.controller.stop()
+        assert not (await service.jog_hold("b", -1, press="p")).moving
+        await service.jog_release("p")
+        await elapse(5.0)
+        assert layers.controller.state.mode is Mode.IDLE
+        assert (await service.job(job)).state is TaskState.QUEUED
 
 
 async def test_cancelled_jog_lets_jobs_begin() -> None:

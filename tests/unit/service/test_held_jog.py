@@ -93,6 +93,18 @@ async def test_the_other_direction_turns_round_after_a_rest() -> None:
         assert commands_in(bytes(bench.sent)).count("BGS") == 2
 
 
+@pytest.mark.parametrize("presses", [("one", "one"), ("one", "another")])
+async def test_client_that_sends_one_request_after_another_turns_at_full_speed(presses: tuple[str, str]) -> None:
+    """The robot brakes for longer than a key lives without a renewal."""
+    async with held() as (bench, jogs):
+        for direction, press in zip((1, -1), presses, strict=True):
+            for _ in range(40):
+                answer = await jogs.hold("b", direction, 1.0, press)
+                await elapse(0.15)
+            assert answer.moving
+        assert commands_in(bytes(bench.sent)).count("BGS") == 2
+
+
 async def test_jog_rests_at_the_border_while_it_is_held() -> None:
     async with held() as (bench, jogs):
         answer = await keep(jogs, 40.0)
@@ -333,9 +345,7 @@ async def test_stick_that_trembles_moves_in_the_direction_of_its_beginning() -> 
 async def test_another_direction_begins_when_the_robot_is_at_rest() -> None:
     async with held() as (bench, jogs):
         await steer(jogs, 3.0, (0.0, 0.0, 1.0))
-        begun = now()
-        assert (await jogs.steer((0.6, 0.0, 0.8), "stick")).moving
-        assert now() - begun > 0.1, "it did not brake first"
+        assert not (await jogs.steer((0.6, 0.0, 0.8), "stick")).moving, "it did not brake first"
         await steer(jogs, 1.0, (0.6, 0.0, 0.8))
         gone = await way(bench, jogs, 1.0, (0.6, 0.0, 0.8))
         assert gone.x / gone.z == pytest.approx(0.75, abs=0.03)

@@ -12,6 +12,7 @@ import json
 from collections.abc import AsyncIterator, Iterator, Sequence
 from contextlib import asynccontextmanager, contextmanager
 from math import isclose
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from maya_ros.graph.conversions import path_to_message
 from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
 from maya_ros.graph.protocol import Feedback, Graph, Message
 from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, OUTPUT, PAUSE, RECOVER, RESUME, SPEED, STOP, Row
+from maya_un.cancellation import is_cancelling
 from maya_un.config import Config, Units
 from maya_un.controller.datum import GivenDatum
 from maya_un.controller.execution import SLOWEST
@@ -158,6 +160,7 @@ class GraphController:
         self._urgent = StopSender(graph, self._watch, speed)
         self.config = config
         self.stops = 0
+        self._work: asyncio.Task[Any] | None = None
         self.events.heard_by(self._hear)
 
     @classmethod
@@ -389,11 +392,13 @@ class GraphController:
     async def _do(self, row: Row, goal: Message, feedback: Feedback) -> None:
         """Carry out a motion, and return when the topics show its end."""
         self._require_there()
+        self._work = asyncio.current_task()
         with self._shown():
             try:
                 await run_action(self._graph, row, goal, feedback)
             finally:
                 await self._watch.settled()
+                self._work = None
 
     async def _call(self, row: Row, request: Message) -> Message:
         """Call a service; raises `NodeGone` also if the layer's node hangs meanwhile."""
@@ -406,8 +411,11 @@ class GraphController:
         return await cancel_on_event(self.events, hangs, call_service(self._graph, row, request))
 
     def _hear(self, event: Event) -> None:
-        """Count stops; when a node connects, look up its services while the master is available."""
-        if isinstance(event, MotionStopped):
+        """Count stops; when a node connects, look up its services while the master is available.
+
+        The node also reports a stop for a motion that this client cancels.
+        """
+        if isinstance(event, MotionStopped) and not (self._work is not None and is_cancelling(self._work)):
             self.stops += 1
         if isinstance(event, Connected):
             self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER, OUTPUT)))

@@ -1,4 +1,4 @@
-"""A sequence of commands ends at a stop between two of them."""
+"""What a client of the controller layer counts as a stop, and a sequence of commands, which a stop ends."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ import asyncio
 
 import pytest
 
+from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import cancel_on_stop
 from maya_un.errors import FollowingError, Stopped
 from maya_un.events import EventLog, MotionStopped
+from maya_un.service.direct import HeldJogs
+from tests.graphs import controller_node, seen_from
+from tests.unit.controller.bench import FAR
 from tests.virtual_time import elapse
 
 
@@ -67,3 +71,30 @@ async def test_earlier_stop_does_not_matter() -> None:
     events.emit(MotionStopped())
     await cancel_on_stop(events, work(ends))
     assert ends == ["done"]
+
+
+async def test_client_counts_stops_but_not_the_end_of_what_it_cancels() -> None:
+    bus = Bus()
+    async with controller_node(bus, homed=True), seen_from(bus, "client") as (_, controller):
+        counted: list[int] = []
+        for end in ("cancel", "stop"):
+            motion = asyncio.ensure_future(controller.move(FAR))
+            await elapse(1.0)
+            assert motion.cancel() if end == "cancel" else await controller.stop()
+            await asyncio.wait({motion})
+            assert end == "cancel" or isinstance(motion.exception(), Stopped)
+            counted.append(controller.stops)
+        assert counted == [0, 1]
+
+
+async def test_held_jog_turns_over_the_graph() -> None:
+    """It cancels its motion for another direction, which must not look like a stop."""
+    bus = Bus()
+    async with controller_node(bus, homed=True), seen_from(bus, "client") as (_, controller):
+        jogs = HeldJogs(controller)
+        for direction in (1, -1):
+            for _ in range(10):
+                answer = await jogs.hold("b", direction, 1.0, press="p")
+                await elapse(0.2)
+            assert answer.moving
+        await jogs.release("p")
