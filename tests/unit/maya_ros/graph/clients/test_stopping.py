@@ -1,4 +1,4 @@
-"""What a client of the controller layer counts as a stop, and a sequence of commands, which a stop ends."""
+"""A client of the controller layer counts stops, and a stop ends a sequence of commands."""
 
 from __future__ import annotations
 
