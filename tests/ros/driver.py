@@ -13,6 +13,7 @@ from typing import Any
 
 import actionlib
 import genpy
+import rosgraph
 import roslib.message
 import rospy
 import rosservice
@@ -23,6 +24,8 @@ from actionlib_msgs.msg import GoalStatus
 
 PATIENCE = 30.0
 """Longest wait for a service, an action's server or a topic's reader [s]."""
+ATTEMPTS = 3
+"""Attempts to be heard by a topic's readers within that time."""
 
 _telling = Lock()
 _publishers: dict[str, _Publisher] = {}
@@ -86,10 +89,20 @@ class _Publisher(rospy.SubscribeListener):
             self._news.notify_all()
 
     def publish(self, message: dict[str, Any], readers: int) -> None:
-        """Publish when so many listen."""
-        with self._news:
-            if not self._news.wait_for(lambda: self._readers >= readers, PATIENCE):
-                raise LookupError(f"{self._readers} listen to {self._publisher.name}, not {readers}")
+        """Publish when so many listen.
+
+        The master tells subscribers of a new publisher once. On a busy machine this may fail, and nobody repeats it, so
+        register again, which makes the master tell them once more.
+        """
+        for _ in range(ATTEMPTS):
+            with self._news:
+                if self._news.wait_for(lambda: self._readers >= readers, PATIENCE / ATTEMPTS):
+                    break
+            rosgraph.Master(rospy.get_name()).registerPublisher(
+                self._publisher.resolved_name, self._publisher.type, rospy.get_node_uri()
+            )
+        else:
+            raise LookupError(f"{self._readers} listen to {self._publisher.name}, not {readers}")
         self._publisher.publish(_filled(self._kind(), message))
 
 
