@@ -122,10 +122,11 @@ class HeldJogs:
         self._until = 0.0
         self._task: asyncio.Task[Jogged] | None = None
         self._moved: _Key | None = None
+        self._pressed = 0
         self._stops = 0
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
-        self._beginning: set[asyncio.Task[bool]] = set()
+        self._beginning: set[asyncio.Task[None]] = set()
         self._press: str | None = None
         self._ended: deque[str] = deque(maxlen=_MOST_PRESSES)
 
@@ -160,7 +161,7 @@ class HeldJogs:
             self._press = press
         held = self._key
         if held is None:
-            self._halted = False
+            self._halted, self._pressed = False, self._controller.stops
         elif self._is_over():
             self._renew()
             return self._answer(self._moved or key)._replace(key=key)
@@ -200,9 +201,11 @@ class HeldJogs:
 
     def _is_over(self) -> bool:
         """Return whether the robot was stopped, or a fault came, since the held press began."""
-        if self._moved is not None and self._task is not None and not self._halted:
-            ended = self._task.done() and not self._task.cancelled()
-            failed = ended and (self._was_stopped() or isinstance(self._task.exception(), _ENDS_PRESS))
+        rests = self._task is None or self._task.done()
+        if self._key is not None and rests and self._controller.stops != self._pressed:
+            self._halted = True
+        elif self._moved is not None and self._task is not None and not self._halted:
+            failed = rests and not self._task.cancelled() and isinstance(self._task.exception(), _ENDS_PRESS)
             self._halted = failed or self._controller.state.mode in (Mode.FAULT, Mode.DISCONNECTED)
         return self._halted
 
@@ -251,6 +254,8 @@ class HeldJogs:
 
     async def _begun(self, key: _Key, press: str | None) -> None:
         """Begin the jog; return early if the previous one brakes for long, so that the client can renew its key."""
+        for older in self._beginning:
+            older.cancel()
         beginning = asyncio.get_running_loop().create_task(self._begin(key, press))
         self._beginning.add(beginning)
         beginning.add_done_callback(self._beginning.discard)
@@ -259,26 +264,25 @@ class HeldJogs:
         except asyncio.CancelledError:
             beginning.cancel()
             raise
-        if beginning.done() and beginning.result() and key.is_like(self._key):
-            self._renew()
 
-    async def _begin(self, key: _Key, press: str | None) -> bool:
-        """Start the jog when the previous one is at rest; return False if the press is over or the key changed."""
+    async def _begin(self, key: _Key, press: str | None) -> None:
+        """Start the jog when the previous one is at rest, unless the press is over or the key changed."""
         async with self._turn:
             if self._task is not None:
                 await asyncio.wait({self._task})
             wanted = self._key  # its speed may be newer
             if self._is_over() or press != self._press or wanted is None or not key.is_like(wanted):
-                return False
+                return
             if asyncio.get_running_loop().time() > self._until:
-                return False
+                return
             self._task = asyncio.get_running_loop().create_task(self._jog(wanted), name="held jog")
             self._task.add_done_callback(_retrieved)
             self._task.add_done_callback(lambda _: self._let_jobs_begin())
             self._moved = key
             # A refusal is raised before any waiting for motion.
             await asyncio.wait({self._task}, timeout=_REFUSED_WITHIN)
-            return True
+            if press == self._press and key.is_like(self._key):
+                self._renew()
 
     async def _goes_on(self, key: _Key, speed: float) -> bool:
         """Continue the jog of the held `key` at `speed`; return False if it must begin again for that."""

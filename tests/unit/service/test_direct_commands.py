@@ -217,9 +217,11 @@ TURNS: dict[str, tuple[int, float]] = {"direction": (-1, 1.0), "speed": (1, 0.5)
 
 @pytest.mark.parametrize("later", [0.0, 0.1, 0.4])
 @pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("second", ["p", "another"])
 async def test_stop_past_the_service_while_a_held_jog_brakes_for_another_key_ends_the_press(
-    turn: str, later: float
+    second: str, turn: str, later: float
 ) -> None:
+    """The next press may be another one than that of the jog which brakes."""
     direction, speed = TURNS[turn]
     async with robot() as layers:
         service = layers.service
@@ -227,16 +229,16 @@ async def test_stop_past_the_service_while_a_held_jog_brakes_for_another_key_end
         await elapse(0.2)
         job = await waiting(layers)
         assert (await service.jog_hold("b", 1, press="p")).moving
-        task = asyncio.ensure_future(service.jog_hold("b", direction, speed=speed, press="p"))
+        task = asyncio.ensure_future(service.jog_hold("b", direction, speed=speed, press=second))
         await elapse(later)
         await layers.controller.stop()
         await asyncio.wait({task})
         for _ in range(10):
             with suppress(Stopped):
-                await service.jog_hold("b", direction, speed=speed, press="p")
+                await service.jog_hold("b", direction, speed=speed, press=second)
             await elapse(0.2)
         assert layers.controller.state.mode is Mode.IDLE
-        await service.jog_release("p")
+        await service.jog_release(second)
         await elapse(5.0)
         assert (await service.job(job)).state is TaskState.QUEUED
 

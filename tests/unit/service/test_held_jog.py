@@ -99,9 +99,35 @@ async def test_client_that_sends_one_request_after_another_turns_at_full_speed(p
     async with held() as (bench, jogs):
         for direction, press in zip((1, -1), presses, strict=True):
             for _ in range(40):
-                answer = await jogs.hold("b", direction, 1.0, press)
+                await jogs.hold("b", direction, 1.0, press)
                 await elapse(0.15)
-            assert answer.moving
+            assert (await jogs.hold("b", direction, 1.0, press)).moving
+        assert commands_in(bytes(bench.sent)).count("BGS") == 2
+
+
+@pytest.mark.parametrize(("speed", "pause"), [(0.2, 0.3), (0.4, 0.4)])
+async def test_client_that_renews_rarely_turns_if_the_robot_brakes_shortly(speed: float, pause: float) -> None:
+    async with held() as (_, jogs):
+        for direction in (1, -1):
+            for _ in range(10):
+                await jogs.hold("b", direction, speed, "press")
+                await elapse(pause)
+            assert (await jogs.hold("b", direction, speed, "press")).moving
+
+
+async def test_key_that_was_turned_back_and_forth_begins_once() -> None:
+    """The jog ends at the border, and no earlier request for the same key begins another one."""
+    async with held() as (bench, jogs):
+        for _ in range(24):
+            await jogs.hold("b", 1, 1.0, "press")
+            await elapse(0.2)
+        for axis, direction in (("b", -1), ("c", 1), ("b", -1)):  # while the first jog brakes
+            await jogs.hold(axis, direction, 1.0, "press")
+        while not (await jogs.hold("b", -1, 1.0, "press")).limit:
+            await elapse(0.2)
+        for _ in range(10):
+            assert not (await jogs.hold("b", -1, 1.0, "press")).moving
+            await elapse(0.2)
         assert commands_in(bytes(bench.sent)).count("BGS") == 2
 
 

@@ -160,7 +160,7 @@ class GraphController:
         self._urgent = StopSender(graph, self._watch, speed)
         self.config = config
         self.stops = 0
-        self._work: asyncio.Task[Any] | None = None
+        self._works: dict[asyncio.Task[Any] | None, bool] = {}  # whether the end of a cancelled motion was reported
         self.events.heard_by(self._hear)
 
     @classmethod
@@ -324,6 +324,7 @@ class GraphController:
         cannot be found, as without a master, all goals are cancelled, which needs no master. If the layer's node hangs,
         this raises `NodeGone`, and the node stops when it runs again.
         """
+        self.stops += 1
         return _report(await self._urgent.say(STOP))
 
     async def override(self, ratio: float) -> None:
@@ -363,6 +364,7 @@ class GraphController:
 
     async def abort(self) -> None:
         """Stop without deceleration; sent in the same way as `stop`."""
+        self.stops += 1
         await self._urgent.say(ABORT)
 
     async def recover(self, *, take_over: bool = False) -> None:
@@ -392,13 +394,14 @@ class GraphController:
     async def _do(self, row: Row, goal: Message, feedback: Feedback) -> None:
         """Carry out a motion, and return when the topics show its end."""
         self._require_there()
-        self._work = asyncio.current_task()
+        work = asyncio.current_task()
+        self._works[work] = False
         with self._shown():
             try:
                 await run_action(self._graph, row, goal, feedback)
             finally:
                 await self._watch.settled()
-                self._work = None
+                del self._works[work]
 
     async def _call(self, row: Row, request: Message) -> Message:
         """Call a service; raises `NodeGone` also if the layer's node hangs meanwhile."""
@@ -411,14 +414,19 @@ class GraphController:
         return await cancel_on_event(self.events, hangs, call_service(self._graph, row, request))
 
     def _hear(self, event: Event) -> None:
-        """Count stops; when a node connects, look up its services while the master is available.
-
-        The node also reports a stop for a motion that this client cancels.
-        """
-        if isinstance(event, MotionStopped) and not (self._work is not None and is_cancelling(self._work)):
+        """Count stops; when a node connects, look up its services while the master is available."""
+        if isinstance(event, MotionStopped) and not self._is_own_end():
             self.stops += 1
         if isinstance(event, Connected):
             self._graph.expect(*(row.name for row in (STOP, ABORT, PAUSE, RESUME, RECOVER, GRIPPER, OUTPUT)))
+
+    def _is_own_end(self) -> bool:
+        """Return whether a reported stop is the end of a motion that this client cancels; there is one for each."""
+        for work, reported in self._works.items():
+            if work is not None and is_cancelling(work) and not reported:
+                self._works[work] = True
+                return True
+        return False
 
     def _require_there(self) -> None:
         if not self._watch.there:

@@ -128,6 +128,7 @@ class ControllerServer:
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
         self._slot = ActionSlot(layer.events)
+        self._stops = 0
 
     @asynccontextmanager
     async def open(self, graph: Graph) -> AsyncGenerator[None]:
@@ -136,7 +137,11 @@ class ControllerServer:
         teller = EventPublisher(self._layer, events)
         async with tasks() as working:
             with self._layer.events.listening(teller.hear):
-                held = [*self._actions(graph), *self._services(graph, teller), *self._topics(graph, teller, working)]
+                held = [
+                    *self._actions(graph, teller),
+                    *self._services(graph, teller),
+                    *self._topics(graph, teller, working),
+                ]
                 working.begin(every(self._speed / LOOK_RATE, teller.look), "look at the controller layer")
                 working.begin(diagnosed(graph, self._statuses, self._clock, self._speed), "diagnostics")
                 try:
@@ -148,19 +153,31 @@ class ControllerServer:
                     await self._slot.free()
         events.close()
 
-    def _actions(self, graph: Graph) -> list[GraphHandle]:
+    def _actions(self, graph: Graph, teller: EventPublisher) -> list[GraphHandle]:
         layer, slot = self._layer, self._slot
+
+        async def told(work: Awaitable[None]) -> None:
+            """Carry out a motion, and report a stop besides its cancel: the layer reports one end for both."""
+            stops = self._stops
+            try:
+                await work
+            except asyncio.CancelledError:
+                if self._stops != stops:
+                    teller.say(MotionStopped.word)
+                raise
 
         async def home(_: Message, feedback: Feedback) -> Message:
             return await slot.act(
-                "home", layer.home, ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False)
+                "home",
+                lambda: told(layer.home()),
+                ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False),
             )
 
         async def move(goal: Message, feedback: Feedback) -> Message:
-            return await slot.act("move", lambda: layer.move(joints_of(goal)), self._course(feedback))
+            return await slot.act("move", lambda: told(layer.move(joints_of(goal))), self._course(feedback))
 
         async def follow(goal: Message, feedback: Feedback) -> Message:
-            return await slot.act("follow", lambda: self._follow(goal["trajectory"]), self._course(feedback))
+            return await slot.act("follow", lambda: told(self._follow(goal["trajectory"])), self._course(feedback))
 
         rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
         return [graph.act(row.name, row.type, act) for row, act in rows]
@@ -170,12 +187,14 @@ class ControllerServer:
 
         async def stop() -> str:
             """Stop; publish it even if nothing moved, because another client may be between two motions."""
+            self._stops += 1
             report = await layer.stop()
             if not report.was_moving:
                 teller.say(MotionStopped.word)
             return json.dumps(asdict(report), separators=(",", ":"))
 
         async def abort() -> str:
+            self._stops += 1
             await layer.abort()
             teller.say(MotionStopped.word)
             return ""

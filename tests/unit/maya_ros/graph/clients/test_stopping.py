@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 
 import pytest
 
 from maya_ros.graph.bus import Bus
 from maya_ros.graph.outcome import cancel_on_stop
-from maya_un.errors import FollowingError, Stopped
+from maya_un.errors import Busy, FollowingError, Stopped
 from maya_un.events import EventLog, MotionStopped
 from maya_un.service.direct import HeldJogs
 from tests.graphs import controller_node, seen_from
@@ -84,7 +85,64 @@ async def test_client_counts_stops_but_not_the_end_of_what_it_cancels() -> None:
             await asyncio.wait({motion})
             assert end == "cancel" or isinstance(motion.exception(), Stopped)
             counted.append(controller.stops)
-        assert counted == [0, 1]
+        assert counted[0] == 0 < counted[1]
+
+
+@pytest.mark.parametrize("first", ["cancel", "stop"])
+async def test_client_counts_a_stop_of_another_one_during_its_cancel(first: str) -> None:
+    """They come in either order; the layer reports one end for both."""
+    bus = Bus()
+    async with (
+        controller_node(bus, homed=True),
+        seen_from(bus, "client") as (_, controller),
+        seen_from(bus, "another") as (_, another),
+    ):
+        motion = asyncio.ensure_future(controller.move(FAR))
+        await elapse(1.0)
+        if first == "cancel":
+            motion.cancel()
+            await another.stop()
+        else:
+            await another.stop()
+            motion.cancel()
+        await asyncio.wait({motion})
+        assert controller.stops > 0
+
+
+async def test_refused_motion_does_not_make_a_later_cancel_a_stop() -> None:
+    bus = Bus()
+    async with controller_node(bus, homed=True), seen_from(bus, "client") as (_, controller):
+        motion = asyncio.ensure_future(controller.move(FAR))
+        await elapse(1.0)
+        with pytest.raises(Busy):
+            await controller.move(FAR)
+        motion.cancel()
+        await asyncio.wait({motion})
+        assert controller.stops == 0
+
+
+@pytest.mark.parametrize("stopped_by", ["itself", "another"])
+async def test_stop_over_the_graph_ends_a_press_that_turns(stopped_by: str) -> None:
+    bus = Bus()
+    async with (
+        controller_node(bus, homed=True) as node,
+        seen_from(bus, "client") as (_, controller),
+        seen_from(bus, "another") as (_, another),
+    ):
+        jogs = HeldJogs(controller)
+        for _ in range(5):
+            await jogs.hold("b", 1, 1.0, press="p")
+            await elapse(0.2)
+        turned = asyncio.ensure_future(jogs.hold("b", -1, 1.0, press="p"))
+        await elapse(0.1)
+        await (controller if stopped_by == "itself" else another).stop()
+        await asyncio.wait({turned})
+        for _ in range(15):
+            await elapse(0.2)
+            with suppress(Stopped):
+                await jogs.hold("b", -1, 1.0, press="p")
+        assert not node.rig.controller.state.moving
+        await jogs.release("p")
 
 
 async def test_held_jog_turns_over_the_graph() -> None:
@@ -94,7 +152,7 @@ async def test_held_jog_turns_over_the_graph() -> None:
         jogs = HeldJogs(controller)
         for direction in (1, -1):
             for _ in range(10):
-                answer = await jogs.hold("b", direction, 1.0, press="p")
+                await jogs.hold("b", direction, 1.0, press="p")
                 await elapse(0.2)
-            assert answer.moving
+            assert (await jogs.hold("b", direction, 1.0, press="p")).moving
         await jogs.release("p")
