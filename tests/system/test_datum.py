@@ -16,8 +16,9 @@ from dmc41x3.wire.transport import Transport
 from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.config.files import parse
+from maya_un.config.model import STATED_WITHIN
 from maya_un.controller.controller import GalilController
-from maya_un.controller.datum import NUDGE, SPEED, TOLERANCE, tension_limit
+from maya_un.controller.datum import NUDGE, SPEED, tension_limit
 from maya_un.controller.homing import homed_pose
 from maya_un.errors import DatumContradicted, DatumNeeded, DatumRefused, InvalidValue, MayaError, NotHomed, Unreachable
 from maya_un.machine.truth import StartPose
@@ -56,7 +57,7 @@ def bare() -> Config:
 
 def stated(truth: StartPose, rng: Random) -> Joints:
     """Return what a person says who measures a pose badly."""
-    return Joints(*(q + rng.uniform(-most, most) for q, most in zip(truth, TOLERANCE, strict=True)))
+    return Joints(*(q + rng.uniform(-most, most) for q, most in zip(truth, STATED_WITHIN, strict=True)))
 
 
 def assert_safe(bench: Rig) -> None:

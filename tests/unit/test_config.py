@@ -237,6 +237,16 @@ def test_keys_that_contradict_each_other_are_refused(keys: dict[str, Any], key: 
         ({"geometry": {"length": 2.9}, "axes": {"b": {"minimum": "580 mm"}}}, '"580 mm"', "2925 mm or more"),
         ({"geometry": {"length": 2.9}, "axes": {"b": {"minimum": 0.58}}}, "0.58", "2925 mm or more"),
         (nested("axes.b.minimum", "1900 mm"), '"2260 mm"', "homing needs a stroke of 500 mm or more"),
+        (
+            {"axes": {"a": {"switches": "none", "minimum": "0 deg", "maximum": "9 deg"}}},
+            '"9 deg"',
+            "to be given a datum, the axis needs a stroke of 9.2° or more",
+        ),
+        (
+            {"axes": {"a": {"switches": "none"}, "b": {"minimum": "1900 mm", "maximum": "1989 mm"}}},
+            '"1989 mm"',
+            "needs a stroke of 90 mm or more",
+        ),
         (nested("geometry.length", "650 mm"), '"575 mm"', "it must be smaller than length - delta"),
         (nested("axes.a.minimum", "190 deg"), '"190 deg"', "it must be smaller than maximum"),
         (nested("axes.a.speed_counts", "10 deg/s"), '"10 deg/s"', "it is a whole number of counts/s"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import hypot, pi
+from math import degrees, hypot, pi
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
@@ -14,6 +14,7 @@ from maya_un import manual
 from maya_un.config.base import ANGLE, LENGTH, ConfigSection, Contradiction, Metres, flaw
 from maya_un.config.beside import CameraConfig, ComsConfig, RecorderConfig, StorageConfig
 from maya_un.errors import InvalidRequest
+from maya_un.values import AXES, Joints
 
 MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""
@@ -406,6 +407,12 @@ DEPTH = 0.35
 MOST_SLACK = 0.2
 """A line may be slack by this at its long end during homing [m]."""
 
+STATED_WITHIN = Joints(0.035, 0.020, 0.020)
+"""Largest error of a person's statement about a pose (rad, m, m)."""
+
+APART = Joints(0.09, 0.05, 0.05)
+"""Every axis moves at least this far from the pose of a given datum to its second point (rad, m, m)."""
+
 ROOM = 0.125
 """With one line at its short end and the other at its long one, b + c exceeds W by at least this share of W."""
 
@@ -486,7 +493,7 @@ class Config(ConfigSection):
     def _can_home(self) -> Self:
         """Require what homing needs: docs/explanation/homing.md derives each condition."""
         if self.person_needed:
-            return self
+            return self._can_be_given_a_datum()
         width, shortest = self.geometry.width, 1.0 - self.homing.stroke_tolerance
         if width < NARROWEST:
             reason = phrase("length - delta must be {least} or more for homing", least=_millimetres(NARROWEST))
@@ -519,6 +526,17 @@ class Config(ConfigSection):
                 least=_millimetres(DEPTH * width),
             )
             raise Contradiction("geometry.height", self.geometry.height, reason)
+        return self
+
+    def _can_be_given_a_datum(self) -> Self:
+        """Require a second point, away from the first one and from the ends of the stroke."""
+        for name, within, apart in zip(AXES, STATED_WITHIN, APART, strict=True):
+            axis: BoomConfig | LineConfig = getattr(self.axes, name)
+            least = 2.0 * within + apart
+            if axis.maximum - axis.minimum < least:
+                shown = f"{degrees(least):.1f}°" if name == "a" else _millimetres(least)
+                reason = phrase("to be given a datum, the axis needs a stroke of {least} or more", least=shown)
+                raise Contradiction(f"axes.{name}.maximum", axis.maximum, reason)
         return self
 
     @model_validator(mode="after")

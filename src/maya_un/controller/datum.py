@@ -19,15 +19,10 @@ from typing import NamedTuple
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from maya_un.config import Units
+from maya_un.config.model import APART, STATED_WITHIN
 from maya_un.errors import CommandRejected, DatumContradicted, DatumRefused, InvalidValue, UnknownName
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.values import AXES, Joints
-
-TOLERANCE = Joints(0.035, 0.020, 0.020)
-"""Largest error of a person's statement about a pose (rad, m, m)."""
-
-APART = Joints(0.09, 0.05, 0.05)
-"""Every axis moves at least this far from the given pose to the second point (rad, m, m)."""
 
 NUDGE = Joints(0.09, 0.05, 0.05)
 """Longest guarded move (rad, m, m)."""
@@ -42,10 +37,10 @@ STRAIGHT = 1.0128
 def tension_limit(width: float) -> float:
     """Return the limit of the tension until the datum is confirmed [loads], for anchors `width` (W) apart [m].
 
-    Both lines may be shorter than stated by `TOLERANCE`. In the middle of an ellipse about the anchors, a line carries
-    A / (2 sqrt(A² - 1)) loads, with A = (b + c) / W (docs/explanation/homing.md).
+    Both lines may be shorter than stated by `STATED_WITHIN`. In the middle of an ellipse about the anchors, a line
+    carries A / (2 sqrt(A² - 1)) loads, with A = (b + c) / W (docs/explanation/homing.md).
     """
-    ratio = STRAIGHT + (TOLERANCE.b + TOLERANCE.c) / width
+    ratio = STRAIGHT + (STATED_WITHIN.b + STATED_WITHIN.c) / width
     return ratio / (2.0 * sqrt(ratio * ratio - 1.0))
 
 
@@ -98,9 +93,9 @@ def narrowed(workspace: Workspace) -> Workspace:
 
     return replace(
         workspace,
-        boom=inside(workspace.boom, TOLERANCE.a),
-        line_b=inside(workspace.line_b, TOLERANCE.b),
-        line_c=inside(workspace.line_c, TOLERANCE.c),
+        boom=inside(workspace.boom, STATED_WITHIN.a),
+        line_b=inside(workspace.line_b, STATED_WITHIN.b),
+        line_c=inside(workspace.line_c, STATED_WITHIN.c),
         tension_limit=min(workspace.tension_limit, tension_limit(workspace.mechanism.width)),
     )
 
@@ -125,8 +120,8 @@ def second_point(datum: GivenDatum | None, here: Joints) -> GivenDatum:
 
 
 def contradiction(here: Joints, stated: Joints) -> DatumContradicted | None:
-    """Return the error for the axis that is not where a person states it; None if all are within `TOLERANCE`."""
-    for axis, now, value, most in zip(AXES, here, stated, TOLERANCE, strict=True):
+    """Return the error for the axis that is not where a person states it; None if all are within `STATED_WITHIN`."""
+    for axis, now, value, most in zip(AXES, here, stated, STATED_WITHIN, strict=True):
         if abs(now - value) > most:
             return DatumContradicted(axis=axis, distance=shown(axis, value - now))
     return None
