@@ -75,16 +75,16 @@ def test_first_visit_home_pick_and_place(new: TwinService, tab_of: Callable[...,
     expect(tour).to_have_count(0)
     tab.until("document.querySelector('[data-scene]')?.dataset.drawn")
     tab.until("document.querySelector('[data-state].warn')", "it is not homed")
-    tab.page.click("[data-home]")
+    tab.press("home")
     tab.until("document.querySelector('[data-state].ok')", "it is ready")
     assert dist(new.state["point"], new.gripper) < NEAR
     visit(tab, "/queue")
     tab.page.click("[data-examples] button:first-of-type")
     expect(tab.page.locator("[data-blocks] > ol > li")).to_have_count(3)
-    tab.page.click("[data-do-preview]")
+    tab.press("do-preview")
     expect(tab.page.locator("[data-preview]")).to_contain_text("pick cube")
     tab.hide()
-    tab.page.click("[data-submit]")
+    tab.press("submit")
     tab.until("document.title === 'pick and place: hecho · Maya'", "a tab that nobody sees says that the job has ended")
     tab.hide(False)
     assert tab.get("document.title") == "Maya"
@@ -169,8 +169,8 @@ def drive_to(tab: Tab, robot: TwinService, joints: Joints) -> None:
     tab.page.click("[data-way=joints]")
     for name, value in zip("abc", (joints.a * 180.0 / pi, joints.b * 1e3, joints.c * 1e3), strict=True):
         tab.page.locator(f"[data-joint={name}] input").fill(f"{value:.4f}")
-    tab.page.click("[data-look]")
-    tab.page.click("[data-go] button:not([aria-disabled])")
+    tab.press("look")
+    tab.press("go")
     robot.until(lambda status: dist(status["state"]["joints"] or (9.0, 9.0, 9.0), joints) < NEAR)
 
 
@@ -192,7 +192,7 @@ def test_teach_two_poses_compose_a_job_from_them_and_run_it(robot: TwinService, 
     for name in places:
         add_step(tab, "Move joints").locator("select").select_option(label=name)
     mark = robot.record(lambda record: record.mark())
-    tab.page.click("[data-submit] button:not([aria-disabled])")
+    tab.press("submit")
     expect(tab.page.locator("[data-ended] [data-job]").first).to_contain_text("2 of 2 steps")
     robot.require_rest()
     window = robot.record(lambda record: record.since(mark))
@@ -225,7 +225,7 @@ def crooked(tmp_path: Path) -> Iterator[TwinService]:
 def home(tab: Tab) -> None:
     """Home by the page Live."""
     visit(tab, "/")
-    tab.page.click("[data-home]")
+    tab.press("home")
     tab.until("document.querySelector('[data-state].ok')", "it is homed")
 
 
@@ -250,7 +250,7 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
         before.append(off(crooked, joints))
         for axis, value in zip("xyz", crooked.gripper, strict=True):
             tab.page.fill(f"[data-measured={axis}]", f"{value * 1e3:.2f}")
-        tab.page.click("[data-add-point]")
+        tab.press("add-point")
         expect(tab.page.locator("[data-points] tbody tr")).to_have_count(row)
     last = tab.page.locator("[data-points] tbody tr").last
     row_number = last.locator("td").first.inner_text()
@@ -258,12 +258,12 @@ def test_calibrate(crooked: TwinService, tab_of: Callable[..., Tab]) -> None:
     expect(tab.page.locator("[data-points] [role=group]")).to_contain_text(f"row {row_number}?")
     tab.page.keyboard.press("Escape")
     expect(tab.page.locator("[data-points] tbody tr")).to_have_count(len(MEASURED))
-    tab.page.click("[data-fit]")
+    tab.press("fit")
     expect(tab.page.locator("[data-map] .arrow")).to_have_count(len(MEASURED))
-    tab.page.click("[data-apply]")
+    tab.press("apply")
     configuration = tab.page.locator("[data-tool=configuration]")
     expect(configuration).to_contain_text("geometry.delta")
-    tab.page.click("[data-save]")
+    tab.press("save")
     expect(configuration.get_by_role("status")).to_contain_text("next start")
     crooked.kill()
     tab.until("document.querySelector('[data-lost]')")
@@ -299,7 +299,7 @@ def state_joints(tab: Tab, robot: TwinService) -> None:
     a, b, c = robot.truth(lambda twin: twin.mechanics.true_joints())
     for name, value in (("a", degrees(a)), ("b", b * 1e3), ("c", c * 1e3)):
         tab.page.fill(f"[data-stated={name}] input", f"{value:.2f}")
-    tab.page.click("[data-datum-declare]")
+    tab.press("datum-declare")
 
 
 def test_a_person_gives_the_datum_of_a_robot_without_switches(

@@ -126,7 +126,7 @@ def test_after_a_power_cut_a_person_decides_and_the_job_ends(
     tab.page.evaluate("window.marked = true")
     tab.page.click("[data-open-text]")
     tab.page.fill("[data-yaml]", YAML)
-    tab.page.click("[data-submit] button:not([aria-disabled])")
+    tab.press("submit")
     eventually(lambda: "grip" in twin.grips(), "the part is gripped", PATIENCE)
     come_back(own, tab)
     dialog = tab.page.locator("[data-recovery]")

@@ -77,7 +77,7 @@ def test_the_end_of_the_queue_is_a_time_of_the_persons_clock(old: TwinService, t
     tab = tab_of(old, locale="en")
     tab.open("/queue")
     old.ask("POST /v1/jobs", LONG)
-    tab.page.click("[data-queue-resume]")
+    tab.press("queue-resume")
     expect(tab.page.locator("[data-running]")).to_contain_text("a thousand seconds")
     expect(tab.page.locator("[data-queue-controls]")).to_contain_text(f"{SPEED} times as fast")
     said = tab.page.locator("[data-finish]").inner_text()
