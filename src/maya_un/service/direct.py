@@ -122,8 +122,8 @@ class HeldJogs:
         self._until = 0.0
         self._task: asyncio.Task[Jogged] | None = None
         self._moved: _Key | None = None
-        self._pressed = 0
-        self._stops = 0
+        self._stops_at_press = 0
+        self._stops_at_jog = 0
         self._watch: asyncio.TimerHandle | None = None
         self._turn = asyncio.Lock()
         self._beginning: set[asyncio.Task[None]] = set()
@@ -161,7 +161,7 @@ class HeldJogs:
             self._press = press
         held = self._key
         if held is None:
-            self._halted, self._pressed = False, self._controller.stops
+            self._halted, self._stops_at_press = False, self._controller.stops
         elif self._is_over():
             self._renew()
             return self._answer(self._moved or key)._replace(key=key)
@@ -173,7 +173,7 @@ class HeldJogs:
         self._brake()
         self._key = key
         self._renew()
-        await self._begun(key, press)
+        await self._begin_in_time(key, press)
         return self._answer(key)
 
     async def release(self, press: str | None = None) -> None:
@@ -202,7 +202,7 @@ class HeldJogs:
     def _is_over(self) -> bool:
         """Return whether the robot was stopped, or a fault came, since the held press began."""
         rests = self._task is None or self._task.done()
-        if self._key is not None and rests and self._controller.stops != self._pressed:
+        if self._key is not None and rests and self._controller.stops != self._stops_at_press:
             self._halted = True
         elif self._moved is not None and self._task is not None and not self._halted:
             failed = rests and not self._task.cancelled() and isinstance(self._task.exception(), _ENDS_PRESS)
@@ -223,7 +223,7 @@ class HeldJogs:
         if self._turns is not None and not self._is_aside:
             self._aside.enter_context(self._turns.aside("jog"))
             self._is_aside = True
-        self._stops = self._controller.stops
+        self._stops_at_jog = self._controller.stops
         try:
             return await self._controller.jog(key.along, key.direction * LONGEST, speed=key.speed, clip=True)
         except (Stopped, asyncio.CancelledError) as end:
@@ -234,7 +234,7 @@ class HeldJogs:
 
     def _was_stopped(self) -> bool:
         """Return whether the robot was stopped since the latest jog began."""
-        return self._controller.stops != self._stops
+        return self._controller.stops != self._stops_at_jog
 
     def _pause_jobs(self, reason: str) -> None:
         if self._turns is not None:
@@ -252,7 +252,7 @@ class HeldJogs:
         if self._task is not None and not self._task.done() and not self._task.cancelling():
             self._task.cancel()
 
-    async def _begun(self, key: _Key, press: str | None) -> None:
+    async def _begin_in_time(self, key: _Key, press: str | None) -> None:
         """Begin the jog; return early if the previous one brakes for long, so that the client can renew its key."""
         for older in self._beginning:
             older.cancel()

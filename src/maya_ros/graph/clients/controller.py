@@ -160,7 +160,7 @@ class GraphController:
         self._urgent = StopSender(graph, self._watch, speed)
         self.config = config
         self.stops = 0
-        self._works: dict[asyncio.Task[Any] | None, bool] = {}  # whether the end of a cancelled motion was reported
+        self._motions: dict[asyncio.Task[Any] | None, bool] = {}  # whether the end of a cancelled one was reported
         self.events.heard_by(self._hear)
 
     @classmethod
@@ -394,14 +394,14 @@ class GraphController:
     async def _do(self, row: Row, goal: Message, feedback: Feedback) -> None:
         """Carry out a motion, and return when the topics show its end."""
         self._require_there()
-        work = asyncio.current_task()
-        self._works[work] = False
+        motion = asyncio.current_task()
+        self._motions[motion] = False
         with self._shown():
             try:
                 await run_action(self._graph, row, goal, feedback)
             finally:
                 await self._watch.settled()
-                del self._works[work]
+                del self._motions[motion]
 
     async def _call(self, row: Row, request: Message) -> Message:
         """Call a service; raises `NodeGone` also if the layer's node hangs meanwhile."""
@@ -422,9 +422,9 @@ class GraphController:
 
     def _is_own_end(self) -> bool:
         """Return whether a reported stop is the end of a motion that this client cancels; there is one for each."""
-        for work, reported in self._works.items():
-            if work is not None and is_cancelling(work) and not reported:
-                self._works[work] = True
+        for motion, reported in self._motions.items():
+            if motion is not None and is_cancelling(motion) and not reported:
+                self._motions[motion] = True
                 return True
         return False
 

@@ -156,7 +156,7 @@ class ControllerServer:
     def _actions(self, graph: Graph, teller: EventPublisher) -> list[GraphHandle]:
         layer, slot = self._layer, self._slot
 
-        async def told(work: Awaitable[None]) -> None:
+        async def carried_out(work: Awaitable[None]) -> None:
             """Carry out a motion, and report a stop besides its cancel: the layer reports one end for both."""
             stops = self._stops
             try:
@@ -169,15 +169,17 @@ class ControllerServer:
         async def home(_: Message, feedback: Feedback) -> Message:
             return await slot.act(
                 "home",
-                lambda: told(layer.home()),
+                lambda: carried_out(layer.home()),
                 ActionProgress(feedback, lambda phase: {"phase": phase}, ticks=False),
             )
 
         async def move(goal: Message, feedback: Feedback) -> Message:
-            return await slot.act("move", lambda: told(layer.move(joints_of(goal))), self._course(feedback))
+            return await slot.act("move", lambda: carried_out(layer.move(joints_of(goal))), self._course(feedback))
 
         async def follow(goal: Message, feedback: Feedback) -> Message:
-            return await slot.act("follow", lambda: told(self._follow(goal["trajectory"])), self._course(feedback))
+            return await slot.act(
+                "follow", lambda: carried_out(self._follow(goal["trajectory"])), self._course(feedback)
+            )
 
         rows = ((HOME, home), (MOVE, move), (FOLLOW, follow))
         return [graph.act(row.name, row.type, act) for row, act in rows]
