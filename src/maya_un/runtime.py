@@ -22,6 +22,9 @@ from maya_un.namespace import own
 _MOST_BYTES = 4096
 """Size of the largest runtime file that is accepted."""
 
+_ATTEMPTS = 10_000
+"""How often the claim is tried while commands share its lock: each of them needs it for microseconds."""
+
 
 class Running(NamedTuple):
     """A `maya up` as its file describes it; `controller` is its address, None for a twin in the process.
@@ -114,22 +117,33 @@ def claimant() -> int | None:
     except OSError:
         return None
     try:
-        fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
+        if _locked(lock, fcntl.LOCK_SH):
+            return None
         said = os.read(lock, 32).strip()
         return int(said) if said.isdigit() else None
-    else:
-        return None
     finally:
         os.close(lock)
 
 
 def _take(lock: int) -> None:
+    """Lock the file; commands that ask for the owner (`claimant`) share the lock for an instant, which is waited for."""
+    for _ in range(_ATTEMPTS):
+        if _locked(lock, fcntl.LOCK_EX):
+            return
+        if not _locked(lock, fcntl.LOCK_SH):
+            break
+        os.sched_yield()
+    running = find()
+    raise AlreadyRunning(pid="unknown" if running is None else running.pid)
+
+
+def _locked(lock: int, kind: int) -> bool:
+    """Try to lock a file, without waiting."""
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, kind | fcntl.LOCK_NB)
     except BlockingIOError:
-        running = find()
-        raise AlreadyRunning(pid="unknown" if running is None else running.pid) from None
+        return False
+    return True
 
 
 def publish(running: Running) -> None:

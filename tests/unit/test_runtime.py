@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import pytest
 
@@ -44,6 +46,28 @@ def test_owner_is_known_while_it_lives() -> None:
     with runtime.claimed():
         assert runtime.claimant() == os.getpid()
     assert runtime.claimant() is None
+
+
+@pytest.mark.usefixtures("place")
+def test_a_start_succeeds_while_commands_ask_for_the_owner() -> None:
+    with runtime.claimed():
+        pass
+    over = Event()
+
+    def ask() -> None:
+        while not over.is_set():
+            runtime.claimant()
+
+    with ThreadPoolExecutor(2) as commands:
+        asked = [commands.submit(ask) for _ in range(2)]
+        try:
+            for _ in range(200):
+                with runtime.claimed():
+                    pass
+        finally:
+            over.set()
+        for one in asked:
+            one.result()
 
 
 @pytest.mark.parametrize(
