@@ -127,16 +127,15 @@ class Examiner:
         self.problems.clear()
         (self._tab.go if self._tab.addresses else self._tab.open)(path)
 
-    def walk(self, where: str, stages: Sequence[Sequence[Step]], *, parts: bool = True) -> None:
-        """Look at the page that is open, and go on from stage to stage; with `parts`, look at what each one opens."""
+    def walk(self, where: str, stages: Sequence[Sequence[Step]]) -> None:
+        """Look at the page that is open, then go on from stage to stage, and look at what each one opens."""
         if not self._tab.get("'axe' in window"):
             self._tab.page.evaluate(AXE.read_text(encoding="utf-8"))
         self._look(where, whole=True)
         for steps in stages:
             for step in steps:
                 do(self._tab, step)
-            if parts:
-                self._look(f"{where} after {steps}", whole=False)
+            self._look(f"{where} after {steps}", whole=False)
 
     def _look(self, where: str, *, whole: bool) -> None:
         """Look at everything in one theme, at the colours in the other; on a phone, parts have the same colours."""
@@ -231,11 +230,9 @@ def proposed(guarded: TwinService) -> Iterator[TwinService]:
         guarded.ask(f"DELETE /v1/jobs/{job['id']}")
 
 
-def test_people_sign_in_and_look_after_each_other(
-    proposed: TwinService, examiner_of: Opened, campaign: Campaign
-) -> None:
+@pytest.mark.parametrize("examiner_of", ["desktop", pytest.param("phone", marks=pytest.mark.long)], indirect=True)
+def test_people_sign_in_and_look_after_each_other(proposed: TwinService, examiner_of: Opened) -> None:
     tab, examiner = examiner_of(proposed)
-    parts = campaign.long or examiner.size != "phone"
     tab.forgive("status of 401", "status of 429")
     tab.page.goto(f"{proposed.url}/people")
     tab.until("document.querySelector('dialog[open]')")
@@ -243,6 +240,6 @@ def test_people_sign_in_and_look_after_each_other(
     other_way = "dialog .chip[aria-pressed=false]"
     wrong = [name, f"{password}wrong", "key Enter", "see dialog [role=alert]"]
     right = [other_way, name, f"{password}{PASSWORD}", "key Enter", "see [data-users] li", "see [data-lease-notice]"]
-    examiner.walk("sign in", [wrong, [other_way], right], parts=parts)
-    examiner.walk("people", ROOT_WALK, parts=parts)
+    examiner.walk("sign in", [wrong, [other_way], right])
+    examiner.walk("people", ROOT_WALK)
     assert examiner.found == []

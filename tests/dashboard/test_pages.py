@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 
 from maya_un.dashboard.pages import PAGES
 from maya_un.errors import NotHomed
+from tests.campaign import Campaign
 from tests.dashboard.services import Service
 from tests.dashboard.tabs import LANGUAGES, SIZES, THEMES, Tab, stop_in_sight
 from tests.secrecy import secret
@@ -16,13 +17,17 @@ from tests.secrecy import secret
 HEADINGS = "[...document.querySelectorAll('main h1, main h2, main h3, main h4')].map((one) => Number(one.tagName[1]))"
 
 
-def test_a_page_is_whole_in_every_language_size_and_theme(robot_service: Service, tab_of: Callable[..., Tab]) -> None:
-    """The page keeps language and theme over a reload."""
+def test_a_page_is_whole_in_every_language_size_and_theme(
+    robot_service: Service, tab_of: Callable[..., Tab], campaign: Campaign
+) -> None:
+    """The page keeps language and theme over a reload. `./test --long` combines both themes with both languages."""
     tab = tab_of(robot_service)
     tab.open("/")
     looks = [(language, theme) for language in LANGUAGES for theme in THEMES]
     for number, path in enumerate(PAGES):
         (language, theme), *others = looks[number % len(looks) :] + looks[: number % len(looks)]
+        if not campaign.long:
+            others = [look for look in others if language not in look and theme not in look]
         tab.choose(language, theme)
         tab.open(path)
         require_whole(tab, path, language, theme, *SIZES)

@@ -145,7 +145,7 @@ def test_after_a_power_cut_a_person_decides_and_the_job_ends(
     assert twin.grips() == ["grip", "release", "grip", "release", "grip"]
 
 
-@pytest.mark.parametrize("size", ["desktop", "phone"])
+@pytest.mark.parametrize("size", ["desktop", pytest.param("phone", marks=pytest.mark.long)])
 def test_the_page_is_usable_for_everybody_without_the_service_and_after_it(
     own: Service, tab_of: Callable[..., Tab], size: str
 ) -> None:
