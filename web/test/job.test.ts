@@ -1,6 +1,5 @@
 import { expect, test } from "vitest";
-import type { StepResult } from "../src/generated/api.ts";
-import { bodyAsJob, firstGap, firstUndone, freshName, newestByName, newStep, palletOf, percentOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
+import { bodyAsJob, firstGap, freshName, newestByName, newStep, palletOf, percentOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
 
 const JOB: JobData = {
   name: "one cube",
@@ -163,37 +162,6 @@ test("leaves out a step, but none of a loop or of a repeated job", () => {
   expect(withoutStep(JOB, "steps.3")).toBeNull();
   expect(withoutStep({ ...JOB, repeat: 2 }, "steps.1")).toBeNull();
   expect(withoutStep({ steps: ["home"] }, "steps.0")).toBeNull();
-});
-
-test.each([
-  [["done", "done"], null],
-  [["done", "failed", "skipped"], 2],
-  [["skipped", "skipped", "failed"], 1],
-  [["skipped", "done", "failed"], 3],
-  [["cancelled", "skipped"], 1],
-])("a job with the steps %j begins again at %j", (states, first) => {
-  const steps = states.map((state, i) => ({ index: i + 1, key: `steps.${i}`, state, phase: "" }) as StepResult);
-  expect(firstUndone(steps)).toBe(first);
-});
-
-test("a job begins again behind a branch that was not taken", () => {
-  const steps = [["steps.0", "done", "then"], ["steps.0.then.0", "done", ""], ["steps.0.else.0", "skipped", ""], ["steps.1", "failed", ""]] as const;
-  expect(firstUndone(steps.map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBe(4);
-  expect(firstUndone(steps.slice(0, 3).map(([key, state, phase], i) => ({ index: i + 1, key, state, phase }) as StepResult))).toBeNull();
-});
-
-test.each([
-  [["done", "failed", "skipped", "skipped", "skipped", "skipped"], 2],
-  [["skipped", "done", "done", "skipped", "skipped", "failed"], 6],
-  [["skipped", "done", "done", "skipped", "skipped", "skipped"], 6],
-  [["done", "done", "skipped", "skipped", "skipped", "failed"], 6],
-  [["skipped", "skipped", "skipped", "done", "failed", "skipped"], 5],
-])("a job with a branch and the steps %j begins again at %j", (states, first) => {
-  const keys = ["steps.0", "steps.0.then.0", "steps.0.then.1", "steps.0.else.0", "steps.0.else.1", "steps.1"];
-  const steps = states.map((state, i) => ({
-    index: i + 1, key: keys[i], state, phase: i === 0 && state === "done" ? "then" : "", duration: state === "skipped" ? null : 1,
-  }) as StepResult);
-  expect(firstUndone(steps)).toBe(first);
 });
 
 test("of jobs with one name the newest is offered", () => {

@@ -34,6 +34,7 @@ from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transacti
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, JobEditor, JobSubmitter, SubmitRequest
 from maya_un.process.queue.entries import OpenQuestion, QueueEntries, QueueEntry
 from maya_un.process.queue.recovery import JobRecoverer, RecoveryChoice
+from maya_un.process.queue.report import next_step
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler, ShieldedTasks
 from maya_un.process.queue.statements import require_choice
@@ -146,7 +147,7 @@ class Process:
     async def again(self, number: int, asked: SubmitRequest, from_step: int | None = None) -> int:
         """Queue an ended job once more, as a new job, from a step on; return the new number.
 
-        Without `from_step` it begins at the first step that was not done, or at the first step if all were done. Raises
+        Without `from_step` it begins at the `next_step` of its report, or at the first step if that is None. Raises
         `NotFound`, `WrongState`, `InvalidValue` and as `submit` does.
         """
         halts, asked = self.turns.halts, self._noted(asked)
@@ -159,7 +160,7 @@ class Process:
             raise InvalidValue(
                 key="from_step", value=from_step, reason=phrase("the job has steps 1 to {count}", count=count)
             )
-        first = _first_undone(steps, expansion.tasks) if from_step is None else from_step
+        first = from_step or next_step(steps, count) or 1
         skipped = _passed_over(expansion.tasks, steps, first)
         return await self._submit(StoredJob(row.name, row.body, expansion), asked, skipped, halts=halts)
 
@@ -226,9 +227,16 @@ class Process:
         """Move a job to the first place, or with `last` to the last; raises as `JobEditor.move_to` does."""
         await self._whole.do(self._editing.move_to(number, last=last))
 
-    async def change(self, number: int, changes: Mapping[str, object], *, approved: bool = True) -> None:
+    async def change(
+        self,
+        number: int,
+        changes: Mapping[str, object],
+        require: Callable[[JobRow], None] = lambda row: None,
+        *,
+        approved: bool = True,
+    ) -> None:
         """Change a job; raises as `JobEditor.change` does. A job that is not `approved` is a proposal afterwards."""
-        await self._whole.do(self._editing.change(number, changes, approved=approved))
+        await self._whole.do(self._editing.change(number, changes, require, approved=approved))
         self.turns.wake()
 
     def owner_ended(self, owner: str) -> None:
@@ -351,37 +359,6 @@ class Process:
             raise NotConnected
         if state.mode is Mode.FAULT:
             raise Faulted(fault=state.fault.message if state.fault else "")
-
-
-def _first_undone(steps: tuple[StepRow, ...], tasks: Sequence[Task]) -> int:
-    """Return the first step that was not done, or the first step if all were done.
-
-    Steps skipped before one that ran count as done, and so do those of branches that were not taken. A step that the
-    check of the job refused has not run.
-    """
-    ran = {step.index for step in steps if step.state in _RAN or step.duration is not None}
-    over = {step.index for step in steps if step.state is TaskState.DONE}
-    for step in steps:
-        taken = _taken(step, tasks[step.index - 1], ran)
-        if taken:
-            over.update(tasks[step.index - 1].branch(ELSE if taken == THEN else THEN))
-    skipped = {step.index for step in steps if step.state is TaskState.SKIPPED}
-    begun = max(ran, default=0)
-    left = (n for n in range(1, len(tasks) + 1) if n not in over and not (n in skipped and n < begun))
-    return next(left, 1)
-
-
-_RAN = frozenset({TaskState.DONE, TaskState.CANCELLED, TaskState.INTERRUPTED})
-
-
-def _taken(step: StepRow, task: Task, ran: set[int]) -> str:
-    """Return the branch that a step has taken, "" without one; a job that goes on within a branch skips its `if`."""
-    if not task.branches:
-        return ""
-    if step.state is TaskState.DONE:
-        return step.phase
-    branches = (THEN, ELSE) if step.state is TaskState.SKIPPED else ()
-    return next((branch for branch in branches if not ran.isdisjoint(task.branch(branch))), "")
 
 
 def _passed_over(tasks: Sequence[Task], steps: tuple[StepRow, ...], first: int) -> list[StepRow]:

@@ -220,7 +220,8 @@ class JobReport:
     step. `parts` contains the positions where the job has put its named parts [m], None for parts that it has not put
     down, or released at an unknown position. `remarks` describe deviations of its pallets, which are used nevertheless,
     and what the prediction leaves out or assumes. `line` is its line of the queue, with its owner, dates and options.
-    `version` changes with its steps and the places that they name.
+    `version` changes with its steps and the places that they name. `next_step` is the first step that is neither done
+    nor left out, None without one: an ended job that is run again begins there.
     """
 
     id: int
@@ -237,6 +238,7 @@ class JobReport:
     remarks: tuple[str, ...]
     line: JobLine
     version: str = ""
+    next_step: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

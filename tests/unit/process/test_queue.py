@@ -343,6 +343,25 @@ async def test_a_job_is_done_again_from_the_first_step_of_the_taken_branch_that_
         assert states == ["skipped"] * 2 + ["done"] * 2 + ["skipped"] * 2 + ["done"]
 
 
+async def test_a_repetition_that_its_check_refuses_is_continued_at_the_same_step() -> None:
+    machine = Machine()
+    async with machine.running() as layer:
+        layer.controller.fail_at = {3: PathRefused(target="y", reason="x")}
+        first = await layer.process.submit(job("home", *[{"approach": [0.5, 1.1, 0.8]}] * 3))
+        assert (await layer.process.result(first)).next_step == 3
+    machine.homed = False
+    async with machine.running() as layer:
+        process = layer.process
+        assert (await process.shown.report(first)).next_step == 3
+        refused = await process.result(await process.again(first, submit_request()))
+        assert [step.state.value for step in refused.steps] == ["skipped", "skipped", "failed", "skipped"]
+        assert (refused.next_step, refused.steps[2].duration) == (3, None)
+        await process.result(await process.submit(HOME))
+        last = await process.result(await process.again(refused.id, submit_request()))
+        assert [step.state.value for step in last.steps] == ["skipped", "skipped", "done", "done"]
+        assert last.next_step is None
+
+
 async def test_unfinished_job_cannot_be_run_again() -> None:
     async with Machine().running() as layer:
         await layer.process.submit(HOME, submit_request(held=True))

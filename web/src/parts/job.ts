@@ -1,4 +1,4 @@
-import type { Job, JobLine, Step as JobStep, StepResult, Task } from "../generated/api.ts";
+import type { Job, JobLine, Step as JobStep, Task } from "../generated/api.ts";
 
 /**
  * A job as plain data, as the service parses and formats it. Blocks are a view of its steps: nothing else is kept, so
@@ -274,34 +274,4 @@ export function withoutStep(job: JobData, key: string): JobData | null {
   if (place === undefined || (job.repeat ?? 1) !== 1 || job.steps.length < 2) return null;
   if (readStep(job.steps[Number(place)]).inner !== null) return null;
   return { ...job, steps: job.steps.filter((_, i) => i !== Number(place)) };
-}
-
-/** Returns the step at which an ended job begins again by default (maya_un.process.process), null if all are done. */
-export function firstUndone(steps: readonly StepResult[]): number | null {
-  const begun = Math.max(0, ...steps.filter(ran).map((one) => one.index));
-  const branches = new Map<string, string>(); // the steps of the branches that were not taken, by the place of their `if`
-  for (const [at, one] of steps.entries()) {
-    const taken = takenBranch(steps, at);
-    if (taken !== "") branches.set(one.key, `${one.key}.${taken === "then" ? "else" : "then"}.`);
-    else if (branches.has(one.key)) branches.delete(one.key);
-    if (one.state === "done" || [...branches.values()].some((start) => one.key.startsWith(start))) continue;
-    if (!(one.state === "skipped" && one.index < begun)) return one.index;
-  }
-  return null;
-}
-
-/** Tells whether a step ran, in part or to its end. One that the check of the job refused has no duration. */
-function ran(step: StepResult): boolean {
-  return ["done", "cancelled", "interrupted"].includes(step.state) || typeof step.duration === "number";
-}
-
-/** Returns the branch that the step at this place has taken, "" without one. A job that goes on within a branch skips its `if`. */
-function takenBranch(steps: readonly StepResult[], at: number): string {
-  const { key = "", state = "", phase = "" } = steps[at] ?? {};
-  if (state === "done") return phase === "then" || phase === "else" ? phase : "";
-  if (state !== "skipped") return "";
-  const behind = steps.slice(at + 1);
-  const end = behind.findIndex((one) => !one.key.startsWith(`${key}.`));
-  const within = end < 0 ? behind : behind.slice(0, end);
-  return ["then", "else"].find((branch) => within.some((one) => one.key.startsWith(`${key}.${branch}.`) && ran(one))) ?? "";
 }

@@ -211,8 +211,6 @@ class Changes:
         """Return the change of a job to `row`; unless it is `sure`, it takes effect only if it is written."""
 
         def make() -> None:
-            if row.state.ended and item.record is not None:
-                item.record.skip_rest()
             self._items.replace(item, row)
 
         def tell() -> None:

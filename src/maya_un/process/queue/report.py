@@ -88,21 +88,16 @@ class StepRecord:
         code, message = (0, "") if notice is None else (notice.code, notice.message)
         return replace(self.row, state=advance(self.row.state, state), code=code, message=message)
 
-    def skip(self) -> None:
-        """Mark a step that waits as skipped. It is quicker than `become`: the end of a job skips thousands at once."""
-        row = self._row
-        self.row = StepRow(row.index, TaskState.SKIPPED, 0, "", row.predicted, row.duration, row.phase, row.end)
 
-
-def result_of(task: Task, row: StepRow) -> StepResult:
-    """Return a step as a value."""
+def result_of(task: Task, row: StepRow, *, ended: bool) -> StepResult:
+    """Return a step as a value; a step that had not begun when its job `ended` counts as skipped."""
     end = row.end or {}
     counts, point = end.get("counts"), end.get("point")
     return StepResult(
         index=task.index,
         key=task.key,
         step=task.label,
-        state=row.state,
+        state=TaskState.SKIPPED if ended and row.state is TaskState.QUEUED else row.state,
         code=row.code,
         message=row.message,
         predicted=row.predicted,
@@ -205,12 +200,6 @@ class JobRecord:
         """The steps that have not ended, in order."""
         return self.tally.remaining
 
-    def skip_rest(self) -> None:
-        """Mark the steps that have not begun as skipped, because the job has ended."""
-        for step in self.steps:
-            if step.state is TaskState.QUEUED:
-                step.skip()
-
     async def previewed(self, preview: JobPreview, end: Pose) -> None:
         """Store the predictions of a check of the remaining steps; other tasks use the loop meanwhile."""
 
@@ -249,6 +238,16 @@ def parts_of(expansion: Expansion, rows: Sequence[StepRow]) -> dict[str, Point |
     return parts
 
 
+def next_step(rows: Iterable[StepRow], count: int) -> int | None:
+    """Return the first of `count` steps that is neither done nor left out, None without one.
+
+    Only steps that were left out on purpose have a row with the state `skipped`: those before the first step of a job
+    that is run again, those of a branch that was not taken, and one that a person has left out after a restart.
+    """
+    over = {row.index for row in rows if row.state in {TaskState.DONE, TaskState.SKIPPED}}
+    return next((index for index in range(1, count + 1) if index not in over), None)
+
+
 @dataclass(frozen=True, slots=True)
 class JobSnapshot:
     """A job at one instant: its line, its expansion, and a row for every step; `preview` is that of its check."""
@@ -267,11 +266,10 @@ class JobSnapshot:
 
     @classmethod
     def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> JobSnapshot:
-        """Return the snapshot of a job from its `known` rows; the other steps of an ended job count as skipped."""
-        state = TaskState.SKIPPED if line.state.ended else TaskState.QUEUED
-        rows = [StepRow(task.index, state) for task in expansion.tasks]
+        """Return the snapshot of a job from its `known` rows."""
+        rows = [StepRow(task.index, TaskState.QUEUED) for task in expansion.tasks]
         for row in known:
-            if 0 < row.index <= len(rows) and not (line.state.ended and row.state is TaskState.QUEUED):
+            if 0 < row.index <= len(rows):
                 rows[row.index - 1] = row
         return cls(line, expansion, rows, version)
 
@@ -279,7 +277,8 @@ class JobSnapshot:
 async def report_of(job: JobSnapshot) -> JobReport:
     """Return a job's report; other tasks use the loop meanwhile, because a job may have thousands of steps."""
     line, preview = job.line, job.preview
-    steps = await map_in_slices(lambda pair: result_of(*pair), list(zip(job.expansion.tasks, job.rows, strict=True)))
+    pairs = list(zip(job.expansion.tasks, job.rows, strict=True))
+    steps = await map_in_slices(lambda pair: result_of(*pair, ended=line.state.ended), pairs)
     await asyncio.sleep(0)
     return JobReport(
         id=line.id,
@@ -296,6 +295,7 @@ async def report_of(job: JobSnapshot) -> JobReport:
         remarks=job.expansion.remarks,
         line=line,
         version=job.version,
+        next_step=next_step(job.rows, len(pairs)),
     )
 
 
