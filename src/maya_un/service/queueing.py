@@ -218,15 +218,14 @@ class QueueService:
             if job.proposal and not job.approved_by:
                 require(by, Operation.APPROVE)
 
-        def seen(job: JobRow) -> None:
+        def require_allowed(job: JobRow) -> None:
             allowed(job)
-            if version and version != version_of(job):
-                raise JobChanged(number=number)
+            _require_version(job, version)
 
         line = await self._process.shown.found_line(number)
         allowed(line)
         require_over(by, Operation.CHANGE_JOB, line.owner)
-        await self._process.release(number, by.name, seen)
+        await self._process.release(number, by.name, require_allowed)
         return self._process.shown.line(number)
 
     async def move(
@@ -258,16 +257,22 @@ class QueueService:
             await self._process.move(number, beside, behind=after is not None)
         return self._process.shown.line(number)
 
-    async def change(self, number: int, changes: Mapping[str, object], by: Caller = LOCAL) -> JobLine:
+    async def change(
+        self, number: int, changes: Mapping[str, object], by: Caller = LOCAL, *, version: str = ""
+    ) -> JobLine:
         """Change a job before its start: priority, notes, depends_on, on_failure, retries, stepwise, job (its body).
 
         In a job that is paused between two steps, or interrupted, steps that have not started may be replaced. An
         approved job becomes a proposal again if a student changes it; once it has begun, a student cannot change it.
-        Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`.
+        `version` is that of the report which the caller has seen: a job that was changed since is left as it is. Raises
+        `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`,
+        `JobChanged`.
         """
         line = await self._process.shown.found_line(number)
         require_over(by, Operation.CHANGE_JOB, line.owner)
-        await self._process.change(number, changes, approved=not self.proposes(by))
+        await self._process.change(
+            number, changes, lambda job: _require_version(job, version), approved=not self.proposes(by)
+        )
         return self._process.shown.line(number)
 
     async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL) -> JobLine:
@@ -322,3 +327,9 @@ class QueueService:
         """Raise `NotAllowed` if `by` may not perform the operation on the job, `NotFound` for an unknown job."""
         line = await self._process.shown.found_line(number)
         require_over(by, operation, line.owner)
+
+
+def _require_version(job: JobRow, version: str) -> None:
+    """Raise `JobChanged` if a client has seen another version; without one ("") any version will do."""
+    if version and version != version_of(job):
+        raise JobChanged(number=job.id)

@@ -208,6 +208,17 @@ async def test_job_goes_on_when_its_owners_token_is_revoked_or_role_raised() -> 
         assert [(await service.wait(number)).state for number in (1, 2)] == [TaskState.DONE] * 2
 
 
+async def test_of_two_editors_the_later_one_learns_that_the_job_has_changed() -> None:
+    async with opened_service() as (_, service):
+        await service.submit({**HOME, "held": True}, by=EVA)
+        seen = (await service.job(1)).version
+        changed = [service.queue.change(1, {"retries": n}, by=EVA, version=seen) for n in (1, 2)]
+        first, second = await asyncio.gather(*changed, return_exceptions=True)
+        assert isinstance(first, JobLine)
+        assert isinstance(second, JobChanged)
+        assert first.retries == (await service.queue.change(1, {"notes": "x"}, by=EVA)).retries == 1
+
+
 async def test_approval_covers_only_the_version_that_was_shown() -> None:
     async with opened_service() as (_, service):
         await service.submit(job({"pick": "cube"}, {"place": "tray"}), by=ANA)

@@ -192,13 +192,13 @@ def edit(job: int, options: QueueingOptions, file: str | None, settings: OutputS
         return _changed(client, job, changes, settings)
     if settings.json or not sys.stdin.isatty():
         raise InvalidCommandLine(reason="give the options to change, or --file FILE", command="maya job edit")
-    state = client.ask(requests.report(job))["state"]
-    if state not in _CHANGEABLE:
-        raise WrongState(number=job, state=state, action="changed")
-    return _edited_by_hand(client, job, settings)
+    report = client.ask(requests.report(job))
+    if report["state"] not in _CHANGEABLE:
+        raise WrongState(number=job, state=report["state"], action="changed")
+    return _edited_by_hand(client, job, report["version"], settings)
 
 
-def _edited_by_hand(client: ServiceClient, job: int, settings: OutputSettings) -> int:
+def _edited_by_hand(client: ServiceClient, job: int, version: str, settings: OutputSettings) -> int:
     """Open a job in an editor and send it; if it is refused, keep the text and name its file."""
     folder = Path(tempfile.mkdtemp(prefix="maya-"))
     path, kept = folder / f"job-{job}.yaml", False
@@ -206,7 +206,7 @@ def _edited_by_hand(client: ServiceClient, job: int, settings: OutputSettings) -
         if not _edited(client.ask(requests.job_body(job)), path):
             return output.answer({"changed": False}, translate("Nothing was changed.", settings.language), settings)
         kept = path.exists()  # an editor may delete its file
-        code = _changed(client, job, {"job": _read(path)}, settings)
+        code = _changed(client, job, {"job": _read(path)}, settings, version)
         kept = False
     except MayaError:
         if kept:
@@ -219,9 +219,11 @@ def _edited_by_hand(client: ServiceClient, job: int, settings: OutputSettings) -
     return code
 
 
-def _changed(client: ServiceClient, job: int, changes: Mapping[str, Any], settings: OutputSettings) -> int:
+def _changed(
+    client: ServiceClient, job: int, changes: Mapping[str, Any], settings: OutputSettings, version: str = ""
+) -> int:
     with called(_OPTIONS):
-        line = client.ask(requests.change_job(job, changes))
+        line = client.ask(requests.change_job(job, changes, version))
     return _line(line, settings)
 
 

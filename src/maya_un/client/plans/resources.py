@@ -41,9 +41,12 @@ def recovery() -> Plan[Recovery | None]:
     return (yield from requests.queue()).recovery
 
 
-def change(number: int, *, job: JobLike | None = None, **changes: object) -> Request[JobLine]:
-    """Change a job before its start: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it."""
-    return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)})
+def change(number: int, *, job: JobLike | None = None, version: str = "", **changes: object) -> Request[JobLine]:
+    """Change a job before its start: its priority, notes, depends_on, on_failure, retries, stepwise, or all of it.
+
+    With the `version` of its report it is changed only if nobody else has changed it since (`JobChanged`).
+    """
+    return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)}, version)
 
 
 _SHARE = 1.0 / 3.0

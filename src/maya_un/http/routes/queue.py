@@ -41,7 +41,7 @@ AnsweringBody = Annotated[Answering, sent(Answering)]
 MovingBody = Annotated[Moving, sent(Moving)]
 AgainBody = Annotated[Again, sent(Again, optional=True)]
 Version = Annotated[
-    str, Query(max_length=64, description="version in the report of the job; another version is not released")
+    str, Query(max_length=64, description="version in the report of the job; another version is left as it is")
 ]
 ChangesBody = Annotated[dict[str, Any], sent_as_written(changes_schema)]
 
@@ -188,12 +188,16 @@ def add_ordering(routes: Routes) -> None:
         *_CHANGING,
         tag=_JOBS,
         gives=JobLine,
-        refuses=(*_NO_SUCH, InvalidJob, UnknownName),
+        refuses=(*_NO_SUCH, InvalidJob, JobChanged, UnknownName),
         examples={"sooner": {"priority": 10, "notes": "before the visit"}},
     )
-    async def change_job(ask: Ask, job: JobNumber, changes: ChangesBody) -> Response:
-        """Change the options of a job in the queue, or its steps that have not begun."""
-        return answer(await ask(lambda service: service.queue.change(job, changes, ask.caller)))
+    async def change_job(ask: Ask, job: JobNumber, changes: ChangesBody, version: Version = "") -> Response:
+        """Change the options of a job in the queue, or its steps that have not begun.
+
+        `version` is the version in the job's report. If the job has changed since, the request is refused (4022
+        JobChanged).
+        """
+        return answer(await ask(lambda service: service.queue.change(job, changes, ask.caller, version=version)))
 
     @routes.add(
         "POST", "/v1/jobs/{job}/hold", *_CHANGING, tag=_JOBS, gives=JobLine, refuses=_NO_SUCH, client="queue.hold"

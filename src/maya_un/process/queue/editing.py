@@ -360,12 +360,16 @@ class JobEditor:
 
         await self._ledger.write(propose)
 
-    async def change(self, number: int, changes: Mapping[str, object], *, approved: bool) -> None:
+    async def change(
+        self, number: int, changes: Mapping[str, object], require: Callable[[JobRow], None], *, approved: bool
+    ) -> None:
         """Change the options of a job, or its body (`job`); without `approved` it becomes a proposal.
 
-        A job that has begun cannot become a proposal: nobody could approve it before it goes on.
+        A job that has begun cannot become a proposal: nobody could approve it before it goes on. `require` checks the
+        job at the time of its change.
 
-        Raises `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `StorageFailed`.
+        Raises the errors of `require`, `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`,
+        `UnknownName`, `StorageFailed`.
         """
         item = self._changeable(number, approved=approved, body="job" in changes)
         rest = {key: value for key, value in changes.items() if key != "job"}
@@ -379,6 +383,7 @@ class JobEditor:
 
         def propose() -> list[Transaction]:
             self._changeable(number, approved=approved, body=written is not None)
+            require(item.row)
             options = read_options(rest, item.row.options)
             if written is not None:
                 self._require_same(item, written, begun)
