@@ -16,8 +16,9 @@ A stop, a fault or the loss of the link pauses the queue: nothing starts by itse
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from dmc41x3.i18n import phrase
 from maya_un.config import Config
@@ -51,6 +52,8 @@ from maya_un.schema.jobs import JobReport, TaskState
 from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.values import Mode
 from maya_un.workers import WorkerSet
+
+T = TypeVar("T")
 
 LOCAL = SubmitRequest(RequestOwner(), DEFAULT_OPTIONS)
 """A user of this machine, with default options."""
@@ -216,8 +219,7 @@ class Process:
 
     async def release(self, number: int, by: str, require: Callable[[JobRow], None] = lambda row: None) -> None:
         """Queue a held job; raises as `JobEditor.release` does."""
-        await self._whole.do(self._editing.release(number, by, require))
-        self.turns.wake()
+        await self._whole.do(self._letting_begin(self._editing.release(number, by, require), self.turns.halts))
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
         """Move a job before or `behind` another; raises as `JobEditor.move` does."""
@@ -236,8 +238,8 @@ class Process:
         approved: bool = True,
     ) -> None:
         """Change a job; raises as `JobEditor.change` does. A job that is not `approved` is a proposal afterwards."""
-        await self._whole.do(self._editing.change(number, changes, require, approved=approved))
-        self.turns.wake()
+        change = self._editing.change(number, changes, require, approved=approved)
+        await self._whole.do(self._letting_begin(change, self.turns.halts))
 
     def owner_ended(self, owner: str) -> None:
         """Start nothing more for an owner who may no longer queue jobs: a running job pauses after its current step.
@@ -260,9 +262,9 @@ class Process:
         if choice != RecoveryChoice.ABORT:
             self._require_able()
         go_on = resume_queue and choice != RecoveryChoice.ABORT
-        await self._whole.do(self._recovering.recover(choice, holding, resume_queue=go_on, by=by, job=job))
+        decision = self._recovering.recover(choice, holding, resume_queue=go_on, by=by, job=job)
+        await self._whole.do(self._letting_begin(decision, self.turns.halts))
         await self.turns.lift()
-        self.turns.wake()
 
     async def answer(self, answer: str, job: int | None = None, index: int | None = None) -> None:
         """Answer the question of the job under way; `job` and the `index` of its step name the question that is meant.
@@ -334,14 +336,15 @@ class Process:
         if not asked.options.held and not asked.proposal:
             self._require_able()
         before = self.turns.halts if halts is None else halts
-        return await self._whole.do(self._taken_in(written, asked, skipped, before))
+        return await self._whole.do(self._letting_begin(self._submitting.submit(written, asked, skipped), before))
 
-    async def _taken_in(self, written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow], halts: int) -> int:
-        number = await self._submitting.submit(written, asked, skipped)
+    async def _letting_begin(self, change: Awaitable[T], halts: int) -> T:
+        """Make a change after which jobs may begin; if `halts` has changed since its request, pause before any does."""
+        result = await change
         if halts != self.turns.halts:
             self.turns.pause_by_itself("stop")
         self.turns.wake()
-        return number
+        return result
 
     async def _clear(self) -> None:
         """Cancel all waiting jobs; announce their ends in the background, some at a time."""

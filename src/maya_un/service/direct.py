@@ -417,7 +417,8 @@ class DirectCommands:
     async def _carried(self, name: str, work: Coroutine[Any, Any, T]) -> T:
         """Carry out a command in a separate task; the caller returns when it has ended, cancelled or not."""
         self._doing = name
-        self._task = task = asyncio.get_running_loop().create_task(work, name=f"direct {name}")
+        begun = self._begun(work, self._controller.stops)
+        self._task = task = asyncio.get_running_loop().create_task(begun, name=f"direct {name}")
         try:
             return await run_to_rest(task)
         except asyncio.CancelledError:
@@ -426,3 +427,9 @@ class DirectCommands:
             raise Cancelled from None
         finally:
             self._doing, self._task = "", None
+
+    async def _begun(self, work: Coroutine[Any, Any, T], stops: int) -> T:
+        """Begin a command, unless the robot was stopped since it came: its task begins a turn of the loop later."""
+        if stops != self._controller.stops:
+            raise Stopped
+        return await work

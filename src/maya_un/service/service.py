@@ -272,6 +272,11 @@ class Service:
         report = await self._controller.stop()
         return report if running is None else replace(report, job=running.number)
 
+    @property
+    def stops(self) -> int:
+        """How often the robot was stopped."""
+        return self._controller.stops
+
     async def pause(self) -> StopReport:
         """Brake on the path and hold all motion until `resume`; return the time and distance to rest.
 
@@ -570,7 +575,7 @@ class Gate:
         if not shown and not caller.implicit:
             self._lease.require(shown, caller.name)
         with self._lease.driving(caller.name, caller.source, shown, direct=True) as drive:
-            task = asyncio.ensure_future(work(self._service))
+            task = asyncio.ensure_future(self._begun(work, self._service.stops))
             drive.carry(task)
             try:
                 return await run_to_rest(task)
@@ -578,3 +583,9 @@ class Gate:
                 if not drive.lost or is_caller_cancelled():
                     raise
                 raise LeaseLost(reason=drive.lost) from None
+
+    async def _begun(self, work: Callable[[Service], Awaitable[T]], stops: int) -> T:
+        """Begin a request, unless the robot was stopped after it came: its task begins a turn of the loop later."""
+        if stops != self._service.stops:
+            raise Stopped
+        return await work(self._service)

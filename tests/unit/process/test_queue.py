@@ -63,7 +63,7 @@ async def test_a_job_is_put_aside_and_taken_up_again() -> None:
         assert layer.process.shown.line(2).state is TaskState.HELD
         assert await order_of(layer) == [1]
         await layer.process.release(2, "ana")
-        assert layer.states(2) == ["queued", "held", "queued"]
+        assert layer.states(2)[:3] == ["queued", "held", "queued"]
         assert await order_of(layer) == [1, 2]
 
 
@@ -347,7 +347,8 @@ async def test_a_repetition_that_its_check_refuses_is_continued_at_the_same_step
     machine = Machine()
     async with machine.running() as layer:
         layer.controller.fail_at = {3: PathRefused(target="y", reason="x")}
-        first = await layer.process.submit(job("home", *[{"approach": [0.5, 1.1, 0.8]}] * 3))
+        ways = [{"approach": [x, 1.6 - x, 0.8]} for x in (0.5, 1.1, 0.5)]
+        first = await layer.process.submit(job("home", *ways))
         assert (await layer.process.result(first)).next_step == 3
     machine.homed = False
     async with machine.running() as layer:

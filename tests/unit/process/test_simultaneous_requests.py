@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 import pytest
 
 from maya_un.errors import RequestError, Stopped
 from maya_un.events import JobAdvanced
-from maya_un.schema.jobs import TaskState
-from tests.queues import Machine, job, submit_request
+from maya_un.schema.jobs import QueueMode, TaskState
+from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
 HOME = job("home", name="home")
@@ -62,6 +63,54 @@ async def test_delayed_immediate_command_blocks_nothing() -> None:
         await asyncio.gather(slow, layer.process.change(number, {"depends_on": [1]}), return_exceptions=True)
         await elapse(LONG)
         assert layer.process.shown.line(number).state in {TaskState.QUEUED, TaskState.DONE}
+
+
+async def paused_queue(layer: QueueBench) -> Awaitable[object]:
+    """Return the resumption of a queue in which a job waits."""
+    await layer.process.turns.pause("ana", now=False)
+    await layer.process.submit(HOME)
+    return layer.process.turns.resume("ana")
+
+
+async def held_job(layer: QueueBench) -> Awaitable[object]:
+    """Return the release of a held job."""
+    await layer.process.submit(HOME, submit_request(held=True))
+    return layer.process.release(1, "ana")
+
+
+async def dependent_job(layer: QueueBench) -> Awaitable[object]:
+    """Return the change of a job that then waits for no other one."""
+    await layer.process.submit(HOME, submit_request(held=True))
+    await layer.process.submit(HOME, submit_request(depends_on=(1,)))
+    return layer.process.change(2, {"depends_on": []})
+
+
+async def interrupted_job(layer: QueueBench) -> Awaitable[object]:
+    """Return the decision to resume a job that the end of the program has interrupted."""
+    return layer.process.recover("resume", None, resume_queue=True, by="ana")
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2])
+@pytest.mark.parametrize("prepared", [paused_queue, held_job, dependent_job, interrupted_job])
+async def test_a_stop_pauses_the_queue_although_a_request_lets_a_job_begin(
+    prepared: Callable[[QueueBench], Awaitable[Awaitable[object]]], delay: float
+) -> None:
+    machine = Machine()
+    if prepared is interrupted_job:
+        async with machine.running() as layer:
+            await layer.process.submit(HOME)
+            await elapse(1.0)
+    async with machine.running() as layer:
+        request = asyncio.ensure_future(await prepared(layer))
+        layer.journal.slow = 0.5
+        asyncio.get_running_loop().call_later(delay, layer.process.turns.halt, Stopped())
+        await request
+        await elapse(LONG)
+        assert layer.process.shown.mode is QueueMode.PAUSED
+        assert layer.controller.calls == []
+        await layer.process.turns.resume("ana")
+        await elapse(LONG)
+        assert layer.controller.names() == ["home"]
 
 
 @pytest.mark.parametrize(("why", "paused"), [("expired", True), ("ana was removed", True), ("released", False)])

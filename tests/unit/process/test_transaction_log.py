@@ -79,9 +79,9 @@ async def test_unwritten_end_of_a_job_is_announced_when_it_is_written() -> None:
 
 async def test_job_whose_start_cannot_be_written_does_not_begin() -> None:
     async with Machine().running() as layer:
-        await layer.process.submit(HOME, submit_request(held=True))
-        await layer.process.release(1, "ana")
-        layer.journal.broken = "the file may only be read"
+        with layer.process.turns.aside("jog"):
+            await layer.process.submit(HOME)
+            layer.journal.broken = "the file may only be read"
         await elapse(LONG)
         assert layer.controller.calls == []
         assert layer.process.shown.line(1).state is TaskState.QUEUED

@@ -21,7 +21,7 @@ from maya_un.service.service import Service
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
 from tests.homing_mark import stand_homed
-from tests.virtual_time import elapse
+from tests.virtual_time import elapse, turn
 
 CUBE = Point(0.5, 1.1, 0.4)
 AWAY = homed_pose(Config())._replace(a=1.0)
@@ -54,6 +54,26 @@ async def begun(layers: Stack, request: Request) -> asyncio.Task[object]:
     while layers.controller.state.mode not in (Mode.MOVING, Mode.HOMING) and not task.done():
         await elapse(0.01)
     return task
+
+
+@pytest.mark.parametrize("turns", range(4))
+@pytest.mark.parametrize("name", [*REQUESTS, "jog"])
+async def test_a_stop_in_the_next_turns_of_the_loop_ends_it(name: str, turns: int) -> None:
+    asked: dict[str, Request] = {**REQUESTS, "jog": lambda service: service.jog("a", -0.2)}
+    async with robot() as layers:
+        before = layers.controller.state.counts
+        request = asyncio.ensure_future(layers.gate.call(ROS, Operation.COMMAND, asked[name]))
+        for _ in range(turns):
+            await turn()
+        stop = layers.gate.call(ROS, Operation.STOP, lambda service: service.stop())
+        if turns:
+            await stop
+        else:
+            await asyncio.gather(asyncio.wait({request}), stop)  # the request comes first, in the same turn
+        (answer,) = await asyncio.gather(request, return_exceptions=True)
+        assert isinstance(answer, Stopped)
+        await elapse(60.0)
+        assert layers.controller.state.counts == before
 
 
 async def test_each_is_done_at_once() -> None:

@@ -9,6 +9,7 @@ import asyncio
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import cast
 
 import pytest
@@ -84,7 +85,7 @@ class GateCase:
         self.lease = ControlLease(EventLog(loop.time))
         self.told: list[tuple[str, str, int, str]] = []
         self.done: list[str] = []
-        self.gate = Gate(cast("Service", None), self.lease, self._tell)
+        self.gate = Gate(cast("Service", SimpleNamespace(stops=0)), self.lease, self._tell)
 
     def _tell(self, caller: Caller, operation: Operation, code: int, detail: str) -> None:
         self.told.append((caller.name, operation.value, code, detail))

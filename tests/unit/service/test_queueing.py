@@ -11,7 +11,7 @@ import pytest
 from maya_un.errors import AnswerNeeded, InvalidRequest, InvalidValue, JobChanged, NotAllowed, NotFound, WrongState
 from maya_un.process.journal.protocol import Filter, JobOptions
 from maya_un.schema.encoding import to_data
-from maya_un.schema.jobs import QueueMode, TaskState
+from maya_un.schema.jobs import JobLine, QueueMode, TaskState
 from maya_un.service.access.operations import LOCAL, Caller, Role
 from maya_un.service.service import Service
 from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job
@@ -38,7 +38,7 @@ async def test_students_job_is_a_proposal_until_an_operator_releases_it() -> Non
         with pytest.raises(NotAllowed):
             await service.queue.release(1, by=ANA)
         released = await service.queue.release(1, by=EVA)
-        assert (released.approved_by, released.state) == ("eva", TaskState.QUEUED)
+        assert (released.approved_by, released.proposal) == ("eva", True)
         assert (await service.wait(1)).state is TaskState.DONE
 
 
@@ -210,7 +210,7 @@ async def test_job_goes_on_when_its_owners_token_is_revoked_or_role_raised() -> 
 
 async def test_of_two_editors_the_later_one_learns_that_the_job_has_changed() -> None:
     async with opened_service() as (_, service):
-        await service.submit({**HOME, "held": True}, by=EVA)
+        await service.submit(HOME, options=JobOptions(held=True), by=EVA)
         seen = (await service.job(1)).version
         changed = [service.queue.change(1, {"retries": n}, by=EVA, version=seen) for n in (1, 2)]
         first, second = await asyncio.gather(*changed, return_exceptions=True)

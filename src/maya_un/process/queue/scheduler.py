@@ -121,9 +121,15 @@ class Scheduler:
     async def resume(self, by: str) -> None:
         """Resume the queue, and continue a held motion; raises `AnswerNeeded`, `StorageFailed`."""
         self._require_decided()
-        await self._whole.do(self._ledger.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else []))
-        await self._let_motion_go_on()
-        self.wake()
+        await self._whole.do(self._resumed(by, self.halts))
+
+    async def _resumed(self, by: str, halts: int) -> None:
+        await self._ledger.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else [])
+        if halts == self.halts:
+            await self._let_motion_go_on()
+            self.wake()
+        else:
+            self.pause_by_itself("stop")
 
     async def step(self, by: str) -> None:
         """Do one step and pause again; if the queue runs, pause after the step under way.
