@@ -126,7 +126,7 @@ def claimant() -> int | None:
 
 
 def _take(lock: int) -> None:
-    """Lock the file; commands that ask for the owner (`claimant`) share the lock for an instant, which is waited for."""
+    """Lock the file; wait for commands that ask for the owner: they share the lock for an instant (`claimant`)."""
     for _ in range(_ATTEMPTS):
         if _locked(lock, fcntl.LOCK_EX):
             return
