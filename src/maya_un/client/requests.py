@@ -454,9 +454,19 @@ def choose_recovery(
     )
 
 
-def change_job(job: int, changes: object) -> Request[JobLine]:
-    """Change the options of a job in the queue, or its steps that have not begun."""
-    return Request("PATCH", f"/v1/jobs/{job}", Answer("maya_un.schema.jobs", "JobLine"), body=changes)
+def change_job(job: int, changes: object, *, version: str = "") -> Request[JobLine]:
+    """Change the options of a job in the queue, or its steps that have not begun.
+
+    `version` is the version in the job's report. If the job has changed since, the request is refused (4022
+    JobChanged).
+    """
+    return Request(
+        "PATCH",
+        f"/v1/jobs/{job}",
+        Answer("maya_un.schema.jobs", "JobLine"),
+        query=changed({"version": (version, "")}),
+        body=changes,
+    )
 
 
 def hold_job(job: int) -> Request[JobLine]:

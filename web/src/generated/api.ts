@@ -516,6 +516,7 @@ export interface JobReport {
   remarks: (string)[];
   line: JobLine;
   version: string;
+  next_step: number | null;
 }
 
 export interface JobText {

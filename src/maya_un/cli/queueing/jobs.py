@@ -223,7 +223,7 @@ def _changed(
     client: ServiceClient, job: int, changes: Mapping[str, Any], settings: OutputSettings, version: str = ""
 ) -> int:
     with called(_OPTIONS):
-        line = client.ask(requests.change_job(job, changes, version))
+        line = client.ask(requests.change_job(job, changes, version=version))
     return _line(line, settings)
 
 

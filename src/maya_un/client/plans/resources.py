@@ -46,7 +46,7 @@ def change(number: int, *, job: JobLike | None = None, version: str = "", **chan
 
     With the `version` of its report it is changed only if nobody else has changed it since (`JobChanged`).
     """
-    return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)}, version)
+    return requests.change_job(number, changes if job is None else {**changes, "job": body_of(job)}, version=version)
 
 
 _SHARE = 1.0 / 3.0

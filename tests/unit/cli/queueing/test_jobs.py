@@ -192,6 +192,10 @@ def test_proposal_shows_the_command_that_approves_this_version(
     assert said.endswith("An operator approves this version with: maya job release 7 --version ab12\n")
 
 
+SEEN = {**LINE, "version": "abc"}
+"""The report of a job, as far as an editor of the job needs it."""
+
+
 def edited(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str) -> None:
     """Have somebody at a terminal, with an editor that changes the file like this."""
     monkeypatch.setattr(sys.stdin, "isatty", lambda: True)
@@ -206,9 +210,10 @@ def test_without_options_a_job_is_opened_in_the_editor(
 ) -> None:
     edited(monkeypatch, tmp_path, 'sed -i "s/open/close/" "$1"')
     body = {"name": "mine", "steps": ["home", {"gripper": "open"}]}
-    service = serve(**{"/v1/jobs/7/body": body, "GET /v1/jobs/7": LINE, "PATCH /v1/jobs/7": LINE})
+    service = serve(**{"/v1/jobs/7/body": body, "GET /v1/jobs/7": SEEN, "PATCH /v1/jobs/7": LINE})
     assert printed(["job", "edit", "7"], capsys) == "Job 7, two cubes: queued.\n"
-    ((_, _, changes),) = service.said
+    ((_, path, changes),) = service.said
+    assert path == "/v1/jobs/7?version=abc"
     assert changes["job"]["steps"] == [{"home": True}, {"gripper": "close"}]
     assert changes["job"]["name"] == "mine"
 
@@ -217,7 +222,7 @@ def test_unchanged_edit_changes_nothing(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     edited(monkeypatch, tmp_path, "exit 0")
-    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": SEEN})
     assert printed(["job", "edit", "7"], capsys) == "Nothing was changed.\n"
     assert service.said == []
 
@@ -227,7 +232,7 @@ def test_an_editor_that_fails_or_leaves_no_job_changes_nothing(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path, script: str
 ) -> None:
     edited(monkeypatch, tmp_path, script)
-    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": SEEN})
     told = printed(["job", "edit", "7"], capsys, 2)
     assert "maya: error " in told
     assert service.said == []
@@ -240,7 +245,7 @@ def test_a_job_that_is_not_saved_as_utf_8_is_kept(
     serve: Serve, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     edited(monkeypatch, tmp_path, r"""printf 'name: caf\351\n' > "$1" """)
-    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": SEEN})
     told = printed(["job", "edit", "7"], capsys, 2)
     assert "it is not UTF-8 text" in told
     assert service.said == []
@@ -257,7 +262,7 @@ def test_a_file_that_the_editor_deleted_is_an_error_and_nothing_is_kept(
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     (tmp_path / "temporary").mkdir()
     edited(monkeypatch, tmp_path, script)
-    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    service = serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": SEEN})
     told = printed(["job", "edit", "7"], capsys, 2)
     assert re.match(r"maya: error 4007: Reading \S+ failed: No such file or directory\.", told)
     assert service.said == []
@@ -271,7 +276,7 @@ def test_an_editor_with_an_open_quote_is_named(
     edited(monkeypatch, tmp_path, "exit 0")
     monkeypatch.delenv("VISUAL")
     monkeypatch.setenv(name, "vi '")
-    serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": LINE})
+    serve(**{"/v1/jobs/7/body": {"name": "mine", "steps": ["home"]}, "/v1/jobs/7": SEEN})
     told = printed(["job", "edit", "7"], capsys, 2)
     assert f"{name} = vi ' is not valid: No closing quotation." in told
 
