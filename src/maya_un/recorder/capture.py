@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, TypeAlias
 
 from dmc41x3.wire.transcript import Side, WirePiece
-from dmc41x3.wire.transport import Datagrams, Transport
+from dmc41x3.wire.transport import Transport
 from maya_un.errors import MachineError
 from maya_un.events import Event
 from maya_un.values import State
@@ -214,54 +214,3 @@ class RecordedTransport:
         if not self._ended:
             self._ended = True
             self._note(WireDirection(self._link, side, "end"))
-
-
-class RecordedDatagrams:
-    """A datagram endpoint, for example for unsolicited data records (DR), whose traffic goes to `note`.
-
-    Its number `link` is negative, because its data answers no command.
-    """
-
-    __slots__ = ("_ended", "_inner", "_link", "_note", "_received", "_sent")
-
-    def __init__(self, inner: Datagrams, note: PieceSink, link: int) -> None:
-        self._inner = inner
-        self._note = note
-        self._link = link
-        self._sent, self._received = WireDirection(link, "client"), WireDirection(link, "controller")
-        self._ended = False
-        note(WireDirection(link, "client", "open"))
-
-    @property
-    def peer(self) -> str:
-        """The peer of this endpoint, for display."""
-        return self._inner.peer
-
-    async def read(self) -> bytes:
-        """Return the next datagram, or `b""` at the end; raises as the endpoint itself."""
-        data = await self._inner.read()
-        if data:
-            self._note(self._received, data)
-        return data
-
-    def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Pass datagrams to `taker` as they come, from now on; `read` then only returns the end."""
-        note, received = self._note, self._received
-
-        def take(data: bytes) -> None:
-            note(received, data)
-            taker(data)
-
-        self._inner.deliver(take)
-
-    def write(self, data: bytes) -> None:
-        """Send one datagram."""
-        self._note(self._sent, data)
-        self._inner.write(data)
-
-    async def close(self) -> None:
-        """Close the endpoint; closing it again is harmless."""
-        if not self._ended:
-            self._ended = True
-            self._note(WireDirection(self._link, "client", "end"))
-        await self._inner.close()

@@ -44,11 +44,10 @@ class RecordedTalk(NamedTuple):
 
 
 def talk(pieces: Iterable[WirePiece]) -> RecordedTalk:
-    """Return the exchanges of the wire; datagrams are ignored."""
+    """Return the exchanges of the wire."""
     links: dict[int, list[WirePiece]] = {}
     for piece in pieces:
-        if piece.link >= 0:
-            links.setdefault(piece.link, []).append(piece)
+        links.setdefault(piece.link, []).append(piece)
     found = RecordedTalk([], [], [])
     for link in links.values():
         _take_apart(link, found)

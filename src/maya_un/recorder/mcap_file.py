@@ -114,7 +114,7 @@ WIRE = RecordedTopic(
             "Bytes between this program and the controller, as sent and received",
             {
                 "t": _TIME,
-                "link": _described(_WHOLE, "number of the connection; negative: datagrams"),
+                "link": _described(_WHOLE, "number of the connection"),
                 "from": {"type": "string", "enum": ["client", "controller"], "description": "the client is Maya"},
                 "data": _described(_TEXT, "each byte as the character of its number (Latin-1)"),
                 "event": {"type": "string", "enum": ["open", "end"], "description": "instead of data"},

@@ -10,11 +10,11 @@ from dataclasses import replace
 from typing import Protocol
 
 from dmc41x3.wire.transcript import WirePiece
-from dmc41x3.wire.transport import Datagrams, Transport
+from dmc41x3.wire.transport import Transport
 from maya_un.config import RecorderConfig
 from maya_un.errors import InternalError, MayaError
 from maya_un.events import Connected, Event, EventLog, RecordingSaved, Trouble
-from maya_un.recorder.capture import Entry, RecordedDatagrams, RecordedTransport, RecorderRing, RingContents
+from maya_un.recorder.capture import Entry, RecordedTransport, RecorderRing, RingContents
 from maya_un.recorder.recording import Header, Recording, RecordingOrigin, SavingCause, Software
 from maya_un.recorder.store import RecordingStore
 from maya_un.schema.robot import Kept
@@ -93,11 +93,6 @@ class Recorder:
         """Wrap a new connection to the controller, so that its traffic is recorded."""
         self._links += 1
         return RecordedTransport(transport, self._ring.piece, self._links)
-
-    def recorded_datagrams(self, datagrams: Datagrams) -> Datagrams:
-        """Wrap a new datagram endpoint to the controller, so that its traffic is recorded."""
-        self._links += 1
-        return RecordedDatagrams(datagrams, self._ring.piece, -self._links)
 
     @asynccontextmanager
     async def watching(self, source: RecordedController) -> AsyncIterator[None]:

@@ -169,7 +169,7 @@ def plain(detail: Mapping[str, object]) -> dict[str, str | int | float | bool | 
 class Recording:
     """States, events and pieces of the wire, each in order; times are of the loop's clock [s].
 
-    The client of a piece is this program. Connections are numbered from 1, datagram endpoints have negative numbers.
+    The client of a piece is this program. Connections are numbered from 1.
     """
 
     header: Header

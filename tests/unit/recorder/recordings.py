@@ -56,7 +56,7 @@ RECORDING = Recording(
         WirePiece(95.05, 1, "controller", b"\xcd\xc1\xd9\xc1\x8d\x8a"),
         WirePiece(95.1, 1, "client", b"BGA\r"),
         WirePiece(95.102, 1, "controller", b"?"),
-        WirePiece(99.0, -2, "controller", bytes(range(256))),
+        WirePiece(99.0, 2, "controller", bytes(range(256))),
         WirePiece(99.9, 1, "client", b"TP\r"),
         WirePiece(100.0, 1, "controller", b"", "end"),
     ),

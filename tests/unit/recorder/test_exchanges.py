@@ -57,14 +57,13 @@ def test_messages_of_programs_have_their_time() -> None:
     assert found.exchanges[0].reply == Reply(True, " 1")
 
 
-def test_connections_are_separate_and_datagrams_are_omitted() -> None:
+def test_connections_are_separate() -> None:
     found = talk(
         [
             opened(1),
             opened(2),
             sent(1.0, b"TP\r", 1),
             sent(1.1, b"TIME=?\r", 2),
-            WirePiece(1.15, -3, "controller", RECORD),
             received(1.2, b" 9.0\r\n:", 2),
             received(1.3, b" 1\r\n:", 1),
         ]

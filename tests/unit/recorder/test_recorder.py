@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from dmc41x3.wire.transport import datagram_pair
 from maya_un.config import RecorderConfig
 from maya_un.errors import FileUnwritable, InternalError
 from maya_un.events import EmergencyStopped, Event, FaultEntered, JobAdvanced, RecordingSaved
@@ -200,17 +199,6 @@ async def test_however_long_ago_the_controller_was_configured_that_is_kept(tmp_p
     assert b"DL" in said
     assert max(piece.time for piece in opening) <= taken.header.opening
     assert all(state.time >= taken.header.whole for state in taken.states)
-
-
-async def test_datagrams_are_kept_under_negative_numbers() -> None:
-    async with recorded() as robot:
-        host, controller = datagram_pair()
-        way = robot.recorder.recorded_datagrams(host)
-        controller.write(b"\x87record")
-        assert await way.read() == b"\x87record"
-        await way.close()
-        pieces = [piece for piece in robot.recorder.taken("asked").wire if piece.link < 0]
-    assert [piece.data or piece.event for piece in pieces] == ["open", b"\x87record", "end"]
 
 
 async def test_remains_of_a_killed_process_are_removed_at_the_next_start(tmp_path: Path) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from dmc41x3.wire.transcript import Side
-from dmc41x3.wire.transport import datagram_pair, loopback_pair
+from dmc41x3.wire.transport import loopback_pair
 from maya_un.errors import LinkLost
-from maya_un.recorder.capture import RecordedDatagrams, RecordedTransport, WireDirection
+from maya_un.recorder.capture import RecordedTransport, WireDirection
 
 
 class ByteLog:
@@ -73,28 +73,3 @@ async def test_error_of_a_broken_link_is_raised_and_the_record_stays() -> None:
     with pytest.raises(LinkLost):
         transport.write(b"ST\r")
     assert book.pieces[1:] == [(1, "controller", b"", "end"), (1, "client", b"ST\r", "")]
-
-
-async def test_datagrams_are_written_down_read_or_delivered() -> None:
-    book = ByteLog()
-    host, controller = datagram_pair("10.0.0.5:60007")
-    way = RecordedDatagrams(host, book, -2)
-    assert way.peer == "10.0.0.5:60007"
-    way.write(b"WH\r")
-    assert await controller.read() == b"WH\r"
-    controller.write(b"IHB\r\n:")
-    assert await way.read() == b"IHB\r\n:"
-    taken: list[bytes] = []
-    way.deliver(taken.append)
-    controller.write(b"\x87record")
-    assert taken == [b"\x87record"]
-    await way.close()
-    await way.close()
-    assert [(side, data, event) for _, side, data, event in book.pieces] == [
-        ("client", b"", "open"),
-        ("client", b"WH\r", ""),
-        ("controller", b"IHB\r\n:", ""),
-        ("controller", b"\x87record", ""),
-        ("client", b"", "end"),
-    ]
-    assert {link for link, *_ in book.pieces} == {-2}

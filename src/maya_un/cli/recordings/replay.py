@@ -67,11 +67,11 @@ def scene_of(recording: Recording) -> ReplayScene:
 
     Raises `ValueError` if no such instant exists.
     """
-    header, wire = recording.header, tuple(piece for piece in recording.wire if piece.link >= 0)
-    lacks = [marked("Not compared: unsolicited data records, by UDP.")] if len(wire) < len(recording.wire) else []
+    header, wire = recording.header, recording.wire
+    lacks = list[str]()
     source = header.origin.twin
     if source is not None and header.complete:
-        return ReplayScene(source.born, wire, lacks=tuple(lacks))
+        return ReplayScene(source.born, wire)
     if source is None:
         lacks.append(
             marked(
