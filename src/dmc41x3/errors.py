@@ -248,17 +248,6 @@ class ProgramDiffers(
     found: str
 
 
-class MemoryDamaged(
-    MachineError,
-    code=1009,
-    en="At its last power-up the controller found errors in its burned memory ({what}). Download and burn "
-    "this part again before any motion.",
-):
-    """The controller's EEPROM failed a checksum when it last powered up."""
-
-    what: Phrase
-
-
 class AddressNotReached(
     MachineError,
     code=1013,

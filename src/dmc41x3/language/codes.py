@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
-from dmc41x3.errors import MemoryDamaged
 from dmc41x3.i18n import phrase
 
 
@@ -297,8 +296,3 @@ class Burned:
             phrase("master reset"): self.master,
         }
         return tuple(name for name, holds in sound.items() if not holds)
-
-    def require_sound(self) -> None:
-        """Raise `MemoryDamaged` if a memory is damaged."""
-        if self.damaged:
-            raise MemoryDamaged(what=", ".join(self.damaged))

@@ -50,9 +50,6 @@ class Attempt(IntEnum):
     FAILED = 4
 
 
-TCP_SLAVE = int(HandleProtocol.TCP)
-"""Value of `_IHx2` and of the data record for a TCP connection that the other side opened; 0 is a free handle."""
-
 _CONNECTING = {HandleProtocol.UDP: -5, HandleProtocol.TCP: -6}
 
 

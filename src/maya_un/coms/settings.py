@@ -20,8 +20,6 @@ from maya_un.namespace import robot_name
 PORT = 3000
 ROSBRIDGE = "ws://localhost:9090"
 
-_MOST_BYTES = 4096
-
 
 @dataclass(frozen=True, slots=True)
 class AgentSettings:

@@ -44,8 +44,8 @@ from maya_un.recorder.recorder import Recorder
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
-from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode
-from maya_un.schema.previews import JobInspection, JobPreview, Reach
+from maya_un.schema.jobs import JobAccepted, JobReport, QueueMode
+from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.schema.robot import (
     DatumView,
     HeldJog,
@@ -73,7 +73,6 @@ from maya_un.service.people import LeaseService, UserService
 from maya_un.service.places import TeachingService, at_rest, drop_zone, put_zone, zones_of
 from maya_un.service.previews import PreviewService, require_samples
 from maya_un.service.queueing import HistoryService, QueueService, RecordingService
-from maya_un.service.reachability import reach_of
 from maya_un.service.twin import FaultInjector, TwinService
 from maya_un.values import Joints, Point, State, StopReport
 from maya_un.workers import Workers
@@ -244,10 +243,6 @@ class Service:
     async def job(self, number: int) -> JobReport:
         """Return the report of a job, also of one that ended long ago; raises `NotFound`."""
         return await self._process.shown.report(number)
-
-    async def jobs(self) -> list[JobLine]:
-        """Return one line for every job that has not ended or ended recently, in order of submission."""
-        return self._process.shown.lines()
 
     async def wait(self, number: int) -> JobReport:
         """Wait until a job has ended and return its report; raises `NotFound`."""
@@ -461,18 +456,6 @@ class Service:
     def _start(self, from_homed: bool, /) -> Pose:
         here = self._robot.pose
         return here._replace(joints=homed_pose(self._config)) if from_homed else here
-
-    def fk(self, joints: Joints) -> Point:
-        """Return the gripper point of joints (rad, m, m); raises `Unreachable`."""
-        return self._controller.mechanism.fk(self._controller.workspace.require(joints))
-
-    def ik(self, point: Point) -> Joints:
-        """Return the joints that hold the gripper at `point` [m]; raises `Unreachable`."""
-        return self._controller.workspace.require(point)
-
-    def reach(self, point: Point) -> Reach:
-        """Return whether `point` [m] is reachable; if not, the reason and the nearest reachable point."""
-        return reach_of(self._controller.workspace, point)
 
     async def zones(self) -> list[AnyZone]:
         """Return the keep-out zones in the format of the configuration."""

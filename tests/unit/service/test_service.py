@@ -10,6 +10,7 @@ import pytest
 
 from maya_un.errors import Busy, InvalidJob, InvalidRequest, NotFound, Unreachable
 from maya_un.events import Event, FaultEntered
+from maya_un.process.journal.protocol import Filter
 from maya_un.process.process import Process
 from maya_un.robot.primitives import Home
 from maya_un.robot.robot import MayaRobot
@@ -48,7 +49,7 @@ async def test_job_is_submitted_and_its_report_returned() -> None:
         assert (accepted.id, accepted.steps) == (1, 2)
         assert (await service.job(1)).state.value == "running"
         assert (await service.wait(1)).state.value == "done"
-        assert [line.done for line in await service.jobs()] == [2]
+        assert [line.done for line in await service.history.page(Filter())] == [2]
 
 
 async def test_command_is_awaited_or_not() -> None:
@@ -72,7 +73,7 @@ async def test_invalid_request_is_refused_by_the_service() -> None:
             await service.command({"command": "pick"})
         with pytest.raises(NotFound):
             await service.wait(7)
-        assert await service.jobs() == []
+        assert await service.history.page(Filter()) == []
 
 
 async def test_stop_ends_the_job_and_pauses_the_queue() -> None:
@@ -185,33 +186,33 @@ async def test_preview_starts_here_or_at_the_end_of_homing() -> None:
 
 async def test_kinematics_are_computed_by_the_service() -> None:
     async with opened_service() as (_, service):
-        joints = service.ik(Point(0.5, 1.1, 0.4))
-        assert tuple(service.fk(joints)) == pytest.approx((0.5, 1.1, 0.4))
+        joints = await service.previews.ik(Point(0.5, 1.1, 0.4))
+        assert tuple(await service.previews.fk(joints)) == pytest.approx((0.5, 1.1, 0.4))
         with pytest.raises(Unreachable):
-            service.fk(Joints(0.0, 0.6, 0.6))
+            await service.previews.fk(Joints(0.0, 0.6, 0.6))
 
 
 async def test_reach_gives_the_reason_and_an_alternative() -> None:
     async with opened_service() as (_, service):
-        there = service.reach(Point(0.5, 1.1, 0.4))
+        there = await service.previews.reach(Point(0.5, 1.1, 0.4))
         assert (there.reachable, there.reason) == (True, None)
-        answer = service.reach(Point(0.5, 1.1, 2.2))
+        answer = await service.previews.reach(Point(0.5, 1.1, 2.2))
         assert not answer.reachable
         assert answer.reason
         assert answer.nearest is not None
-        assert service.reach(answer.nearest).reachable
+        assert (await service.previews.reach(answer.nearest)).reachable
 
 
 async def test_reach_measures_possible_points_and_names_the_others() -> None:
     async with opened_service() as (_, service):
         await service.set_zone(CRATE)
-        there = service.reach(Point(0.5, 1.1, 0.9))
+        there = await service.previews.reach(Point(0.5, 1.1, 0.9))
         assert there.joints is not None
         margins = {one.zone or one.limit: (one.margin, one.unit) for one in there.margins}
         assert margins["crate"] == (pytest.approx(0.35), "m")
         assert margins["boom"] == (pytest.approx(min(there.joints.a, 2 * pi / 3 - there.joints.a)), "rad")
         assert margins["tension_b"] == (pytest.approx(5.0 - (there.tensions or (0, 0))[0]), "load")
-        answer = service.reach(Point(0.5, 1.1, 0.4))
+        answer = await service.previews.reach(Point(0.5, 1.1, 0.4))
         assert [(one.limit, one.zone) for one in answer.broken] == [("zone", "crate")]
         assert answer.reason == answer.broken[0].text
 
@@ -257,7 +258,7 @@ async def test_everything_that_leaves_is_json() -> None:
         preview = await service.preview(JOB, from_homed=True)
         status = await service.status()
         messages = (report, preview, status, *map(EventMessage.of, await past(service)))
-        for message in (*messages, service.reach(Point(0.5, 1.1, 0.4)), await service.stop()):
+        for message in (*messages, await service.previews.reach(Point(0.5, 1.1, 0.4)), await service.stop()):
             assert json.loads(to_json(message)) == to_data(message)
         assert to_data(report)["steps"][0]["end_point"] == list(report.steps[0].end_point or ())
         assert to_data(report)["parts"] == {"cube": [1.1, 0.5, 0.4]}

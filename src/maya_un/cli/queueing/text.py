@@ -13,8 +13,6 @@ from maya_un.cli.units import MILLIMETRES, OutputUnits
 from maya_un.cli.waiting import answers, because
 from maya_un.errors import translated
 
-_DAY = 86_400.0
-
 
 def clock_text(date: str) -> str:
     """Return a date (ISO 8601) as local time, with the day if it is not today; "" for none."""

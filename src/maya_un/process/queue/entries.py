@@ -200,11 +200,6 @@ class QueueEntries:
         """Whether any job would begin by itself, now or when its turn comes."""
         return bool(self._under_way or self._interrupted or self._counts[TaskState.QUEUED])
 
-    @property
-    def all_ended(self) -> bool:
-        """Whether all jobs have ended, held ones included."""
-        return not self._alive and not len(self._order)
-
     def get(self, number: int) -> QueueEntry:
         """Return a job that has not ended, or has ended lately; raises `NotFound`."""
         item = self.find(number)

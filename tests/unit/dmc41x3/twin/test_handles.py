@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.twin.network import COUNT, TCP_SLAVE, Handles
+from dmc41x3.twin.network import COUNT, HandleProtocol, Handles
 from tests.unit.dmc41x3.twin.bench import Bench
 
 
@@ -44,7 +44,8 @@ def test_states_are_those_of_the_data_record() -> None:
     handles.connect(("10.0.0.1", 3))
     assert second is not None
     handles.close(second)
-    assert handles.states() == (TCP_SLAVE, 0, TCP_SLAVE, 0, 0, 0, 0, 0)
+    tcp = HandleProtocol.TCP
+    assert handles.states() == (tcp, 0, tcp, 0, 0, 0, 0, 0)
 
 
 def test_operands_of_handles() -> None:
