@@ -15,7 +15,7 @@ pytestmark = pytest.mark.system
 
 PAGE = Path(__file__).parents[2] / "docs" / "how-to" / "use-a-galil-without-maya.md"
 DMC = str(Path(sys.executable).with_name("dmc"))
-DRIVER, TWIN = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+DRIVER, STREAM, TWIN = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
 
 
 def printed(program: str) -> list[str]:
@@ -25,17 +25,29 @@ def printed(program: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_the_program_with_the_driver_moves_the_axis_and_shows_a_refusal() -> None:
+def printed_beside_a_twin(program: str) -> list[str]:
+    """Return the lines that a program prints while `dmc serve` runs."""
     port = free_port()
     with subprocess.Popen([DMC, "serve", "--port", str(port)], stdout=subprocess.PIPE, text=True) as twin:
         try:
             assert twin.stdout is not None
             assert twin.stdout.readline() == f"127.0.0.1:{port}\n"
-            moved, refused = printed(DRIVER.replace("5023", str(port)))
+            return printed(program.replace("5023", str(port)))
         finally:
             twin.terminate()
+
+
+def test_the_program_with_the_driver_moves_the_axis_and_shows_a_refusal() -> None:
+    moved, refused = printed_beside_a_twin(DRIVER)
     assert float(moved.split()[1]) == pytest.approx(2000.0, abs=20.0)
     assert refused.startswith("1004 ")
+
+
+def test_the_program_with_the_stream_receives_records_by_udp() -> None:
+    *positions, way = printed_beside_a_twin(STREAM)
+    assert positions
+    assert set(positions) == {"0"}
+    assert way.startswith("DR by UDP ")
 
 
 def test_the_program_with_the_twin_moves_for_a_minute_of_virtual_time() -> None:
