@@ -4,13 +4,15 @@ A stop, a fault or the loss of the link pauses the queue: nothing starts by itse
 (docs/decisions/0026-a-stop-pauses-the-queue.md). After a restart the queue waits for a user
 (docs/decisions/0027-the-queue-is-durable.md). This module combines its parts:
 
-    submitting · editing     jobs are submitted, and edited while they wait (items, order, options, written)
-    turns · runner           which job is next, and one job from its check to its end (pausing, forecast)
-    recovering · recovery    jobs that an earlier run interrupted, and a user's decision about them
-    ledger · changes         every change: written, applied, announced (journal)
-    showing                  the queue as others see it (view, report)
-    parts                    where the parts are, as far as jobs tell (believed)
-    ahead                    the step after the running one, with its path
+    editing               submit jobs, and edit them while they wait
+    entries               the jobs in memory, and their order
+    scheduler · runner    choose the next job; carry out one job from its check to its end
+    statements            the steps that wait, switch outputs, read inputs, ask or choose
+    recovery              a user's decision about a job that an earlier run interrupted
+    changes               write each change, apply it and announce it
+    views · report        the queue and one job as others see them
+    believed              the parts and their places, as far as jobs tell
+    ahead                 the step after the running one, with its path
 """
 
 from __future__ import annotations
