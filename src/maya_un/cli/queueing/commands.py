@@ -207,7 +207,7 @@ def export(
 
     NAME.csv: a table. NAME.jsonl: one line of JSON for each job, with all steps.
 
-    Example: maya queue export jobs.json
+    Example: maya queue export jobs.jsonl
     """
     from maya_un.cli.queueing import storage
 

@@ -9,6 +9,7 @@ import pytest
 
 from dmc41x3.loops import run
 from maya_un.cli.main import main
+from maya_un.cli.queueing.commands import export
 from maya_un.cli.queueing.storage import kept
 from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
@@ -52,6 +53,15 @@ def test_history_is_exported_in_the_format_of_the_file_name(tmp_path: Path, caps
         place = tmp_path / name
         assert printed(["queue", "export", str(place)], capsys) == f"{place}: 2 jobs.\n"
         assert len(place.read_text(encoding="utf-8").splitlines()) == lines
+
+
+@pytest.mark.usefixtures("written")
+def test_the_example_in_the_help_of_export_writes_a_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    *command, name = (export.__doc__ or "").rpartition("Example: maya ")[2].split()
+    assert printed([*command, name], capsys) == f"{name}: 2 jobs.\n"
 
 
 @pytest.mark.usefixtures("written")
