@@ -1,4 +1,4 @@
-"""2xxx: motion, its limits, and homing. 3xxx: the work-piece."""
+"""2xxx: motion, its limits, and homing. 3xxx: parts and gripper."""
 
 from __future__ import annotations
 

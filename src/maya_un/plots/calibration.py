@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from maya_un.kinematics.calibration import Calibration
-from maya_un.plots.style import BLUE, GREY, INK, ORANGE, PAGE_WIDTH, blank, house_style, quiet_grid
+from maya_un.plots.style import BLUE, GREY, INK, ORANGE, PAGE_WIDTH, blank, figure_style, quiet_grid
 
 _HEIGHT = 5.6
 _SHARE = 0.15
@@ -22,7 +22,7 @@ def residuals_figure(result: Calibration) -> Figure:
     A residual is model less measured. Outliers are crosses: by point they are clipped to the edge of the axes; in the
     plan they have no arrow if it is longer than those of all inliers. Arrows are enlarged; a key shows the scale.
     """
-    with house_style():
+    with figure_style():
         figure = blank(PAGE_WIDTH, _HEIGHT)
         left, right = cast("list[SubFigure]", figure.subfigures(1, 2))
         rows = left.subplots(3, 1, sharex=True)

@@ -26,7 +26,7 @@ from maya_un.plots.style import (
     REACHABLE,
     YELLOW,
     blank,
-    house_style,
+    figure_style,
     quiet_grid,
 )
 
@@ -59,7 +59,7 @@ def job_figure(
     `workspace` it is the configuration's.
     """
     course = MotionSamples(time, joints, velocity, workspace or Workspace.of(config))
-    with house_style():
+    with figure_style():
         figure = blank(12.6, 11.6)
         grid = figure.add_gridspec(2, 1, height_ratios=(3.0, 2.5))
         times = grid[0].subgridspec(3, 3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from maya_un.kinematics import Floats
-from maya_un.plots.style import BOOM, INK, LINE_B, LINE_C, PALE, blank, house_style, quiet_grid
+from maya_un.plots.style import BOOM, INK, LINE_B, LINE_C, PALE, blank, figure_style, quiet_grid
 
 _AXES = (("a", "°", BOOM), ("b", "m", LINE_B), ("c", "m", LINE_C))
 _APART = ("°", "mm", "mm")
@@ -20,7 +20,7 @@ def replay_figure(commanded: Course, recorded: Course, replayed: Course, apart: 
 
     `apart` is the difference of the replay from the recording [°, mm, mm].
     """
-    with house_style():
+    with figure_style():
         figure = blank(10.0, 7.0)
         panels = figure.subplots(3, 2, sharex=True, width_ratios=(2.0, 1.0))
         for number, (name, unit, colour) in enumerate(_AXES):

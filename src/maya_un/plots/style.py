@@ -89,7 +89,7 @@ _NO_DATES: dict[str, dict[str, None]] = {
 
 
 @contextmanager
-def house_style() -> Iterator[None]:
+def figure_style() -> Iterator[None]:
     """Apply the style of Maya's pictures to everything drawn inside, independent of the user's matplotlibrc."""
     with mpl.rc_context():
         mpl.rcdefaults()
@@ -98,7 +98,7 @@ def house_style() -> Iterator[None]:
 
 
 def blank(width: float = PAGE_WIDTH, height: float = 4.5) -> Figure:
-    """Return an empty figure of `width` × `height` [inch], for use inside `house_style`."""
+    """Return an empty figure of `width` × `height` [inch], for use inside `figure_style`."""
     return Figure(figsize=(width, height))
 
 
@@ -113,7 +113,7 @@ def kind_of(path: Path) -> str:
 def rendered(figure: Figure, kind: str) -> bytes:
     """Return a figure as a file of one of `FORMATS`: without a date, and with text as text in SVG."""
     target = BytesIO()
-    with house_style():
+    with figure_style():
         figure.savefig(target, format=kind, metadata=_NO_DATES[kind])
     return target.getvalue()
 

@@ -15,7 +15,7 @@ from maya_un.kinematics.outline import outline
 from maya_un.plots.overlays import MarkedTarget, draw_in_space, zone_key
 from maya_un.plots.plan import draw_plan
 from maya_un.plots.section import draw_section
-from maya_un.plots.style import GREY, INK, LINE_B, LINE_C, blank, house_style
+from maya_un.plots.style import GREY, INK, LINE_B, LINE_C, blank, figure_style
 from maya_un.values import Point
 
 _SKIN = "#8DB8DC"
@@ -90,7 +90,7 @@ def workspace_figure(
     """
     marked = None if target is None else MarkedTarget.of(workspace, target)
     bearing = 0.5 * sum(workspace.boom) if marked is None else workspace.mechanism.ik(marked.held).a
-    with house_style():
+    with figure_style():
         match view:
             case WorkspaceView.SECTION:
                 figure = blank(7.2, 6.8)

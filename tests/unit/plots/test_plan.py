@@ -9,13 +9,13 @@ from matplotlib.patches import Wedge
 from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.plots.plan import draw_plan
-from maya_un.plots.style import blank, house_style
+from maya_un.plots.style import blank, figure_style
 
 WORKSPACE = Workspace.of(Config())
 
 
 def test_the_sector_opens_clockwise_from_plus_y() -> None:
-    with house_style():
+    with figure_style():
         axes = blank().add_subplot()
         draw_plan(axes, WORKSPACE, 0.4, 1.0)
     (wedge,) = (patch for patch in axes.patches if isinstance(patch, Wedge))
@@ -27,7 +27,7 @@ def test_the_sector_opens_clockwise_from_plus_y() -> None:
 
 
 def test_boom_has_the_right_direction() -> None:
-    with house_style():
+    with figure_style():
         axes = blank().add_subplot()
         draw_plan(axes, WORKSPACE, 0.4, 0.5 * np.pi)
     tips = [tuple(np.asarray(line.get_xydata())[-1]) for line in axes.lines]

@@ -11,7 +11,7 @@ from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.plots.overlays import MarkedTarget
 from maya_un.plots.section import draw_section, manual_margin
-from maya_un.plots.style import blank, house_style
+from maya_un.plots.style import blank, figure_style
 from maya_un.values import Point
 from tests.unit.kinematics.manual_grid import STEP, U, Z, manuals_grid
 
@@ -27,7 +27,7 @@ def test_the_manuals_listing_accepts_the_known_area_above_the_anchors() -> None:
 
 
 def test_lines_are_drawn_to_the_meeting_point_of_the_held_place() -> None:
-    with house_style():
+    with figure_style():
         axes = blank().add_subplot()
         draw_section(axes, WORKSPACE, 0.0, MarkedTarget.of(WORKSPACE, Point(0.0, 1.3, 1.0)))
     ends = {tuple(np.ravel(line.get_xydata())) for line in axes.lines}
@@ -37,7 +37,7 @@ def test_lines_are_drawn_to_the_meeting_point_of_the_held_place() -> None:
 
 
 def test_curves_of_tension_are_at_their_values() -> None:
-    with house_style():
+    with figure_style():
         axes = blank().add_subplot()
         draw_section(axes, WORKSPACE, 0.0)
     curves = [curve for curve in (np.asarray(line.get_xydata()) for line in axes.lines) if len(curve) == 61]
@@ -52,7 +52,7 @@ def test_curves_of_tension_are_at_their_values() -> None:
 
 def test_labels_have_the_configured_strokes() -> None:
     measured = Workspace.of(Config(), ((0.0, 1.0), (0.6, 2.2), (0.5, 2.25)))
-    with house_style():
+    with figure_style():
         axes = blank().add_subplot()
         draw_section(axes, measured, 0.5)
     said = {text.get_text() for text in axes.texts}

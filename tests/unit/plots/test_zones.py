@@ -12,7 +12,7 @@ from maya_un.config import Config
 from maya_un.kinematics import Workspace
 from maya_un.kinematics.zones import Box, Cylinder, HalfSpace, Zone
 from maya_un.plots import overlays
-from maya_un.plots.style import blank, house_style
+from maya_un.plots.style import blank, figure_style
 from maya_un.values import Point
 
 SHOWN = (Point(0.0, -1.0, 0.0), Point(2.0, 2.0, 2.0))
@@ -60,7 +60,7 @@ def plan_of(*of: Zone) -> Any:
     workspace = Workspace.of(Config()).with_zones(of)
     x, y = np.arange(0.0, 2.0, 0.02), np.arange(0.0, 2.0, 0.02)
     across, up = np.meshgrid(x, y)
-    with house_style():
+    with figure_style():
         axes = blank().add_subplot()
     overlays.draw_zones(axes, workspace, x, y, np.stack((across, up, np.full_like(across, 0.4))))
     return axes
