@@ -326,13 +326,13 @@ def phrase(key: str, language: str = "en") -> str:
 
 
 SENTENCES = "sentences.json"
-"""English and Spanish sentences of the errors by code; a test compares them with `maya_un.messages`."""
+"""English and Spanish sentences of the errors by code; `scripts/gen_docs.py` writes the file from `maya_un.errors`."""
 
 PHRASES = "phrases.json"
-"""Spanish phrases by the English ones; a phrase is a part of a sentence, as the reason in it."""
+"""Spanish phrases by the English ones, written likewise; a phrase is a part of a sentence, as the reason in it."""
 
 EVENTS = "events.json"
-"""English and Spanish sentences of the events by word; a test compares them with `maya_un.events`."""
+"""English and Spanish sentences of the events by word, written likewise from `maya_un.events`."""
 
 
 @lru_cache(maxsize=None)
