@@ -121,7 +121,7 @@ class GalilController:
         return self._monitor.workspace.zones
 
     def set_zones(self, zones: Sequence[Zone]) -> None:
-        """Set the zones that all motion avoids from now on, homings included; raises `Busy` while something moves.
+        """Set the zones that all motion but homing avoids from now on; raises `Busy` while something moves.
 
         A zone that contains the robot is accepted. No motion then passes the check until that zone is removed.
         """
