@@ -148,6 +148,17 @@ def test_port_0_of_the_address_takes_a_free_port(tmp_path: Path) -> None:
         assert urlsplit(url_in(line)).port not in {None, 0, 80}
 
 
+def test_coms_of_up_speaks_the_language_of_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAYA_COMS_URL", "mqtt://192.0.2.1")
+    monkeypatch.setenv("MAYA_COMS_PASSWORD", "hunter2")
+    config = tmp_path / "maya.toml"
+    config.write_text('[coms]\nserver_address = "http://localhost:0"\n')
+    up = f"up --port 0 --rosbridge-port 0 --journal memory --speed 100 --coms --lang es --config {config}"
+    with running(up) as process:
+        assert "sin cifrar" in process.until("La contraseña va a mqtt://192.0.2.1")
+        assert process.until("Escuchando en http://").endswith("GET /status.")
+
+
 def test_a_password_without_encryption_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MAYA_COMS_PASSWORD", "hunter2")
     link = Process("coms --port 0 --url mqtt://192.0.2.1 --connect")

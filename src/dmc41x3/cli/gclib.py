@@ -14,6 +14,7 @@ from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
 from dmc41x3.errors import FileNotOurs, FileUnreadable, FileUnwritable
 from dmc41x3.gclib import shim
+from dmc41x3.i18n import marked, translate
 
 SHIM = Path(shim.__file__).parent
 """The directory that holds the module."""
@@ -36,21 +37,23 @@ def install(settings: OutputSettings, *, force: bool, site: Path | None = None) 
     if place.exists() and not _ours(place) and not force:
         raise FileNotOurs(path=str(place), remedy="another package installed it; --force replaces it")
     files.write(place, _text())
-    return console.answer({"path": str(place)}, f"`import gclib` finds {place} now.", settings)
+    text = translate("`import gclib` finds {path} now.", settings.language, path=place)
+    return console.answer({"path": str(place)}, text, settings)
 
 
 def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
     """Remove the module from this environment; raises `FileNotOurs` if another package installed it."""
     place = _place(site)
     if not place.exists():
-        return console.answer({"path": None}, "There is no gclib here.", settings)
+        return console.answer({"path": None}, translate("There is no gclib here.", settings.language), settings)
     if not _ours(place):
         raise FileNotOurs(path=str(place), remedy="another package installed it, so nothing was removed")
     try:
         place.unlink()
     except OSError as error:
         raise FileUnwritable(path=str(place), reason=error.strerror or str(error)) from error
-    return console.answer({"path": str(place)}, f"{place} is gone.", settings)
+    text = translate("{path} was removed.", settings.language, path=place)
+    return console.answer({"path": str(place)}, text, settings)
 
 
 def status(settings: OutputSettings, *, site: Path | None = None) -> int:
@@ -61,12 +64,14 @@ def status(settings: OutputSettings, *, site: Path | None = None) -> int:
     current = ours and place.read_text(encoding="utf-8", errors="replace") == _text()
     says = {"path": None if found is None else str(found), "ours": ours, "current": current}
     if found is None:
-        text = f"There is no gclib here. `{settings.site.command} gclib install` puts one."
+        text = marked("There is no gclib here. `{command} gclib install` installs it.")
     elif not ours:
-        text = f"Another package installed {found}."
+        text = marked("Another package installed {path}.")
+    elif current:
+        text = marked("This package installed {path}.")
     else:
-        text = f"This package installed {found}{'' if current else ', in another version: install it again'}."
-    return console.answer(says, text, settings)
+        text = marked("Another version of this package installed {path}. Run `{command} gclib install` again.")
+    return console.answer(says, translate(text, settings.language, path=found, command=settings.site.command), settings)
 
 
 def run(script: str, arguments: Sequence[str]) -> int:

@@ -12,6 +12,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.help import QUICK
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
+from maya_un.cli.words import mode_word
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning, translated
 
@@ -127,7 +128,7 @@ def _described(found: dict[str, Any], settings: OutputSettings) -> str:
     state, fault = found["state"], found["state"]["fault"]
     controller = translate("controller {address}", language, address=found["address"])
     lines = [
-        f"{state['mode'].replace('_', ' ')}   {controller}",
+        f"{mode_word(state['mode'], language)}   {controller}",
         _place(state, settings),
         translate("gripper closed" if state["gripper_closed"] else "gripper open", language),
     ]

@@ -8,6 +8,7 @@ from typing import Any
 
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli.units import MILLIMETRES, OutputUnits
+from maya_un.cli.words import state_word
 
 STEP_KEYS = (
     "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point", "phase"
@@ -64,7 +65,7 @@ def _headline(data: Mapping[str, Any], language: str, units: OutputUnits) -> str
         "{name}: {state} in {duration:.1f} s",
         language,
         name=data["job"],
-        state=data["state"],
+        state=state_word(data["state"], language),
         duration=data["duration"] or 0.0,
     )
     if data["lowest"] is None:
@@ -81,11 +82,12 @@ def _steps(steps: Iterable[Mapping[str, Any]], language: str) -> str:
             for text in (marked("step"), marked("result"), marked("predicted [s]"), marked("took [s]"))
         ),
     )
-    return table(head, [_step_row(step) for step in steps], right=(0, 3, 4))
+    return table(head, [_step_row(step, language) for step in steps], right=(0, 3, 4))
 
 
-def _step_row(step: Mapping[str, Any]) -> tuple[str, ...]:
-    result = f"{step['state']} ({step['code']})" if step["code"] else step["state"]
+def _step_row(step: Mapping[str, Any], language: str) -> tuple[str, ...]:
+    state = state_word(step["state"], language)
+    result = f"{state} ({step['code']})" if step["code"] else state
     if step["state"] == "done" and step["step"].partition(" ")[0] in _CHOOSING:
         result = f"{result}: {step['phase']}"
     return (str(step["index"]), step["step"], result, _seconds(step["predicted"]), _seconds(step["duration"]))

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import urlsplit, urlunsplit
 
-from dmc41x3.i18n import phrase
+from dmc41x3.i18n import phrase, translate
 from maya_un.credentials import kept_in
 from maya_un.errors import InvalidValue
 from maya_un.namespace import robot_name
@@ -67,14 +67,17 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> AgentSettin
     )
 
 
-def password_warning(settings: AgentSettings) -> str | None:
-    """Return a warning if the password goes to the supervisors' server unencrypted over a network, else None."""
+def password_warning(settings: AgentSettings, language: str = "en") -> str | None:
+    """Return a warning in a language if the password goes to the supervisors' server unencrypted over a network, else None."""
     parts = urlsplit(settings.supervisors)
     near = parts.hostname in {"localhost", "::1"} or (parts.hostname or "").startswith("127.")
     if not settings.password or parts.scheme not in {"mqtt", "http"} or near:
         return None
-    where = where_of(settings.supervisors)
-    return f"The password goes to {where} without encryption. Anyone on the network can read it: use mqtts://."
+    return translate(
+        "The password goes to {address} without encryption. Anyone on the network can read it: use mqtts://.",
+        language,
+        address=where_of(settings.supervisors),
+    )
 
 
 def plain_token(key: str, text: str) -> str:

@@ -153,7 +153,7 @@ def test_status_before_homing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
         published(monkeypatch, url)
         assert main(["status"]) == 0
     text = capsys.readouterr().out
-    assert "not homed" in text
+    assert text.startswith("not homed   ")
     assert "position unknown" in text
     assert "b+ a−" in text
 
@@ -201,6 +201,7 @@ def test_status_with_a_place_a_fault_and_a_queue(
         published(monkeypatch, url)
         assert main(["status", "--lang", "es"]) == 0
     text = capsys.readouterr().out
+    assert text.startswith("sin referenciar   ")
     assert "a 28.65°  b 2000.0 mm  c 1900.0 mm   x 500.0 mm" in text
     assert "fallo 2301: Ay" in text
     assert "1 en marcha, 1 en espera" in text

@@ -82,7 +82,14 @@ def test_text_report_has_the_important_values() -> None:
 
 def test_a_job_that_never_began_has_a_report_too() -> None:
     early = {**REPORT, "duration": None, "lowest": None, "highest": None, "steps": [], "parts": {}}
-    assert as_text(as_data(early, None), "es").startswith("cubes: failed en 0.0 s")
+    assert as_text(as_data(early, None), "es").startswith("cubes: fallido en 0.0 s")
+
+
+def test_states_in_the_report_are_translated() -> None:
+    steps = [STEP, {**STEP, "state": "done", "code": 0}, {**STEP, "state": "skipped", "code": 0}]
+    text = as_text(as_data({**REPORT, "steps": steps}, None), "es")
+    assert text.startswith("cubes: fallido en 12.5 s")
+    assert [word for word in ("fallido (2101)", "hecho", "omitido") if word not in text] == []
 
 
 def test_columns_line_up() -> None:

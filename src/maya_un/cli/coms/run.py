@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from urllib.parse import urlsplit
 
+from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.configure import configuration
 from maya_un.cli.settings import OutputSettings
@@ -32,13 +33,14 @@ _PATIENCE = 5.0
 
 
 @contextmanager
-def coms_beside(rosbridge: str, config: ComsConfig) -> Iterator[None]:
+def coms_beside(rosbridge: str, config: ComsConfig, language: str) -> Iterator[None]:
     """Run `maya coms` for the robot behind a rosbridge while the block runs, even if the block raises an error.
 
     It connects at once if MAYA_COMS_URL names the supervisors' server.
     """
     port = urlsplit(config.server_address).port
     line = ["coms", "--rosbridge", rosbridge, "--name", config.name, "--port", str(80 if port is None else port)]
+    line += ["--lang", language]
     if os.environ.get("MAYA_COMS_URL"):
         line.append("--connect")
     process = subprocess.Popen([sys.executable, "-m", "maya_un.cli.parent_watch", *line], stdin=subprocess.PIPE)
@@ -73,21 +75,22 @@ def coms(
     wanted = {"supervisors": url, "port": port, "rosbridge": rosbridge, "name": name}
     found = replace(found, **{key: value for key, value in wanted.items() if value is not None})
     with bound_socket(found.port) as listener:
-        asyncio.run(_serve(found, listener, connect=connect))
+        asyncio.run(_serve(found, listener, settings.language, connect=connect))
     return output.DONE
 
 
-async def _serve(found: environment.AgentSettings, listener: socket.socket, *, connect: bool) -> None:
+async def _serve(found: environment.AgentSettings, listener: socket.socket, language: str, *, connect: bool) -> None:
     def agent() -> Agent:
         robot = Rosbridge(found.rosbridge, environment.plain_token("MAYA_TOKEN", found.token), found.namespace)
         return Agent(found.name, robot, transport_of(found), dates.now)
 
-    warning = environment.password_warning(found)
+    warning = environment.password_warning(found, language)
     if warning is not None:
         print(f"maya: {warning}", file=sys.stderr, flush=True)
     switch = AgentSwitch(agent, found.name, password_in_clear=warning is not None)
     if connect:
         switch.connect()
     host, port = listener.getsockname()[:2]
-    output.say(f"Listening at http://{host}:{port}: POST /connect, POST /disconnect, GET /status.")
+    url = f"http://{host}:{port}"
+    output.say(translate("Listening at {url}: POST /connect, POST /disconnect, GET /status.", language, url=url))
     await serve(switch, listener)

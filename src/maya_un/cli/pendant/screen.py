@@ -25,6 +25,7 @@ from maya_un.cli.configure import configuration
 from maya_un.cli.pendant.session import MOVES, STEPS, KeyStep, PendantSession
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import OutputUnits, units_of
+from maya_un.cli.words import mode_word
 from maya_un.client import requests
 from maya_un.errors import translated
 from maya_un.kinematics.workspace import Workspace
@@ -62,7 +63,7 @@ def _mode(session: PendantSession, language: str) -> list[Piece]:
     if not session.status:
         return []
     state = session.status["state"]
-    mode = [(_ALIKE.get(state["mode"], "class:trouble"), state["mode"].replace("_", " "))]
+    mode = [(_ALIKE.get(state["mode"], "class:trouble"), mode_word(state["mode"], language))]
     if (fault := state["fault"]) is not None:
         mode.append(("class:trouble", f"  {translated(fault['code'], fault['message'], language)}"))
     return mode

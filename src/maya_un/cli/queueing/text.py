@@ -11,6 +11,7 @@ from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
 from maya_un.cli.units import MILLIMETRES, OutputUnits
 from maya_un.cli.waiting import answers, because
+from maya_un.cli.words import state_word
 from maya_un.errors import translated
 
 
@@ -243,11 +244,6 @@ def ended(jobs: Sequence[Line], language: str) -> str:
         if job["state"] == "failed" and (why := translate_phrase(job["message"], language))
     ]
     return "\n".join((translate("Ended last:", language), shown, *failures))
-
-
-def state_word(state: str, language: str) -> str:
-    """Return a state of a job as a word."""
-    return translate(state, language, "WrongState.state")
 
 
 def state(job: Line, language: str) -> str:

@@ -371,7 +371,7 @@ def up(options: UpOptions, settings: OutputSettings) -> int:
         if graph is not None and graph.listener is not None and options.coms:
             from maya_un.cli.coms.run import coms_beside
 
-            held.enter_context(coms_beside(url_of(graph.listener), config.coms))
+            held.enter_context(coms_beside(url_of(graph.listener), config.coms, settings.language))
         run(_serve(robot, options, _UpListeners(near, far, graph), settings), clock)
     return output.DONE
 

@@ -185,6 +185,7 @@ def test_picture_shows_mode_step_place_and_limits() -> None:
     assert "unknown until homed" not in picture(session), "nobody has been asked yet"
     session.status = {"state": state(None, "not_homed")}
     assert "not homed" in picture(session) and "unknown until homed" in picture(session)
+    assert ("class:trouble", "sin referenciar") in drawn(session, "es", MILLIMETRES)
     session.status = {"state": state(mode="moving")}
     session.step = "1"
     session.notes.append("something")

@@ -99,6 +99,28 @@ def test_status_gives_advice(capsys: pytest.CaptureFixture[str], tmp_path: Path)
         assert command in capsys.readouterr().out
 
 
+def test_answers_are_translated(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    settings, place = OutputSettings(language="es"), tmp_path / "gclib.py"
+    gclib.status(settings, site=tmp_path)
+    gclib.install(settings, force=False, site=tmp_path)
+    gclib.status(settings, site=tmp_path)
+    place.write_text(place.read_text(encoding="utf-8") + "# older\n", encoding="utf-8")
+    gclib.status(settings, site=tmp_path)
+    gclib.uninstall(settings, site=tmp_path)
+    gclib.uninstall(settings, site=tmp_path)
+    place.write_text(FOREIGN, encoding="utf-8")
+    gclib.status(settings, site=tmp_path)
+    assert capsys.readouterr().out.splitlines() == [
+        "Aquí no hay ningún gclib. `dmc gclib install` lo instala.",
+        f"Ahora `import gclib` encuentra {place}.",
+        f"Este paquete instaló {place}.",
+        f"Otra versión de este paquete instaló {place}. Ejecute otra vez `dmc gclib install`.",
+        f"Se ha quitado {place}.",
+        "Aquí no hay ningún gclib.",
+        f"Otro paquete instaló {place}.",
+    ]
+
+
 @pytest.mark.parametrize("word", ["install", "uninstall", "status", "run"])
 def test_every_word_has_its_help(run: Run, word: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["gclib", word, "--help"]) == 0
