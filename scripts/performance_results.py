@@ -28,7 +28,7 @@ WORSE = 1.05
 """A figure is worse than the one before if it is more than this multiple of it."""
 
 KEPT = 2
-"""So many runs are kept: the page compares their ratios."""
+"""Number of runs that are kept: the page compares their ratios."""
 
 OURS = "Maya"
 """The program that all others are compared with."""

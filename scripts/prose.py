@@ -30,6 +30,12 @@ OLD = ("docs/decisions/", "tests/goldens/", "node_modules/")
 TURNED = re.compile(r"(What|Whatever|Who|Whoever|Whose|Where|Wherever|Quien|Quienes|Lo que|Donde)\b")
 """The words with which only a question may begin."""
 
+RIDDLE = re.compile(r"(Be|It,|So (many|much|often|long))(?!\w)")
+"""Beginnings of a docstring or a comment that leave the reader to guess its subject or its unit."""
+
+RIDDLE_IN_TESTS = re.compile(r"(Come|Those)\b")
+"""More of them in tests, whose helpers are seldom read together with what they stand in for."""
+
 DIALECT = {
     r"wish(es|ed|ing)?": "command or request",
     r"floors?": "layer",
@@ -98,7 +104,8 @@ def check(path: Path, text: str) -> Iterator[Finding]:
     for part in _parts(shown, text):
         for sentence in _SENTENCE.split(part.words):
             bare = sentence.strip().lstrip("\"“‘'(*_- ")
-            yield from (Finding(shown, part.line, bare[:60], repair) for repair in _broken(bare, title=part.title))
+            repairs = [*_broken(bare, title=part.title), *_guessed(shown, bare)]
+            yield from (Finding(shown, part.line, bare[:60], repair) for repair in repairs)
 
 
 def _parts(path: Path, text: str) -> Iterator[Text]:
@@ -124,6 +131,14 @@ def _broken(sentence: str, *, title: bool) -> Iterator[str]:
     for word, repair in _DIALECT.items():
         if found := word.search(sentence):
             yield f"`{found[0]}` is a word of our own: write {repair}"
+
+
+def _guessed(path: Path, sentence: str) -> Iterator[str]:
+    if path.suffix != ".py":
+        return
+    found = RIDDLE.match(sentence) or (RIDDLE_IN_TESTS.match(sentence) if path.is_relative_to("tests") else None)
+    if found:
+        yield f"say directly what `{found[0]}` stands for: who acts, or of what this is the number, size or time"
 
 
 def _files(names: list[str]) -> Iterator[Path]:

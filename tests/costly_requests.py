@@ -18,7 +18,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 CROWD = 4
-"""So many send at once."""
+"""Number of clients that send at once."""
 
 PATIENCE = 2.0
 """A client leaves after this time [s], and sends the next request."""
@@ -91,7 +91,7 @@ def prepared(port: int, kind: str) -> CostlyRequest:
 
 @dataclass
 class CostlyClients:
-    """Those who send: `left` requests of a kind are still to be sent.
+    """The clients that send: `left` requests of a kind are still to be sent.
 
     `statuses` counts the answers, `given_up` the requests for whose answer nobody waited any more, and `dropped` has
     how the service closed a connection without an answer.

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 TIMES = 2.0
-"""So many times its limit a test may take with all that is set up for it and taken down."""
+"""Longest time of a test with its fixtures, as a multiple of its limit."""
 
 STDERR = pytest.StashKey[int]()
 LIMIT = pytest.StashKey[float]()
@@ -27,7 +27,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Give it back, where the run came so far."""
+    """Restore standard error, unless the run ended before it was kept."""
     if STDERR in config.stash:
         os.close(config.stash[STDERR])
 

@@ -172,7 +172,7 @@ class Web:
 
 @asynccontextmanager
 async def web(url: str, **options: Any) -> AsyncIterator[Web]:
-    """Be a client by a websocket while the block runs."""
+    """Yield a client that is connected by a websocket while the block runs."""
     async with connect(url, compression=None, **options) as connection:
         yield Web(connection)
 
@@ -191,7 +191,7 @@ class FloodingClients:
         self.answered = 0
 
     async def ask(self, port: int, question: bytes) -> None:
-        """Be one of them, until cancelled."""
+        """Run one client, until cancelled."""
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
         try:
             writer.write(HANDSHAKE)

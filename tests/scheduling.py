@@ -12,7 +12,7 @@ from xdist.scheduler import LoadScopeScheduling
 TOGETHER = ("tests/ros/shared/", "tests/conventions/")
 """Folders that one worker runs: their files share a launch, or the parsed source.
 
-Those of tests/dashboard share a robot, but it starts in a second, and every file has a browser of its own.
+The files of tests/dashboard share a robot, but it starts in a second, and every file has a browser of its own.
 """
 
 APART = ("tests/system/test_random_jobs.py",)

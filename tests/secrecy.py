@@ -20,7 +20,7 @@ KEEPERS = {".secret", "flows_cred.json"}
 """Ends the name of a file that exists to keep a secret; `flows_cred.json` is Node-RED's."""
 
 PIECE = 1 << 20
-"""So much of a file is read at once [bytes]."""
+"""Size of a piece of a file that is read at once [bytes]."""
 
 FOUND = pytest.StashKey[list[str]]()
 

@@ -1,4 +1,4 @@
-"""Readers of the stream who want all of the past, again and again: a process of its own.
+"""Readers of the stream that request all past events again and again, in a process of their own.
 
 `python -m tests.stream_readers PORT COUNT` prints "here" when all readers have asked and the first past event has come,
 and runs until it is killed. A reader that is cut off as too slow connects again.
@@ -29,8 +29,8 @@ UPGRADE = (
 )
 
 
-async def greedy(port: int, asked: asyncio.Event, fed: asyncio.Event) -> None:
-    """Come again and again."""
+async def read_for_ever(port: int, asked: asyncio.Event, fed: asyncio.Event) -> None:
+    """Reconnect for ever."""
     while True:
         with suppress(ConnectionError, asyncio.IncompleteReadError):
             await visit(port, asked, fed)
@@ -54,11 +54,11 @@ async def visit(port: int, asked: asyncio.Event, fed: asyncio.Event) -> None:
 
 
 async def main(port: int, count: int) -> None:
-    """Be so many; if one of them fails, all of them end."""
+    """Run `count` readers; end all of them if one fails."""
     async with asyncio.TaskGroup() as readers:
         asked, fed = [asyncio.Event() for _ in range(count)], asyncio.Event()
         for one in asked:
-            readers.create_task(greedy(port, one, fed))
+            readers.create_task(read_for_ever(port, one, fed))
         for one in (*asked, fed):
             await one.wait()
         print("here", flush=True)

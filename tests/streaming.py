@@ -95,7 +95,7 @@ class Watched:
 
     @property
     def service(self) -> Service:
-        """It, as the service that it stands in for."""
+        """This object, as the service that it stands in for."""
         return cast("Service", self)
 
     @property
@@ -142,12 +142,12 @@ class Watched:
 
     @property
     def queue(self) -> Watched:
-        """It, as the queue."""
+        """This object, as the queue."""
         return self
 
     @property
     def history(self) -> Watched:
-        """It, as the history."""
+        """This object, as the history."""
         return self
 
     def show(self, **changes: Any) -> None:
@@ -245,7 +245,7 @@ class Client:
 
 @asynccontextmanager
 async def connected(url: str, **headers: str) -> AsyncIterator[Client]:
-    """Be a client that was greeted, or refused, for the length of the block."""
+    """Yield a client that the service has welcomed, or refused, while the block runs."""
     async with connect(url, compression=None, additional_headers=headers, proxy=None) as connection:
         client = Client(connection)
         await client.hear()

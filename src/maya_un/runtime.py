@@ -90,7 +90,7 @@ def _parse(found: dict[str, Any]) -> Running:
 
 @contextmanager
 def claimed() -> Iterator[None]:
-    """Be the only `maya up` of this user while the block runs; remove the runtime file at its end.
+    """Claim to be the only `maya up` of this user while the block runs; remove the runtime file at its end.
 
     Raises `AlreadyRunning` and `FileUnwritable`. The claim is a lock that the kernel releases with the process, so a
     killed process blocks no later one.

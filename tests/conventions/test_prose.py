@@ -59,6 +59,18 @@ def test_strings_of_tests_are_data_and_their_docstrings_are_checked() -> None:
     assert found(path, source) == [(1, "Who asks is told."), (3, "A wish is refused")]
 
 
+@pytest.mark.parametrize("start", ["Be a client.", "It, as the queue.", "So many are read.", "So long it waits [s]."])
+def test_a_docstring_that_leaves_its_subject_out_is_found(start: str) -> None:
+    assert found("module.py", f'"""Good. {start}"""\n') == [(1, start)]
+    assert found("page.md", start) == []
+
+
+def test_docstrings_of_tests_are_checked_more_strictly() -> None:
+    source = '"""Those of the page. Come again."""\n'
+    assert found("module.py", source) == []
+    assert len(found(str(ROOT / "tests" / "test_module.py"), source)) == 2
+
+
 def test_source_code_in_a_generator_is_left_alone() -> None:
     assert found("generator.py", 'CODE = """\nfrom a.b import wish\n"""\n') == []
 

@@ -121,7 +121,7 @@ class Peer:
 
 
 async def work(seconds: float) -> None:
-    """Be busy for so long by the loop's clock."""
+    """Wait `seconds` by the loop's clock."""
     loop = asyncio.get_running_loop()
     done: asyncio.Future[None] = loop.create_future()
     loop.call_later(seconds, lambda: done.done() or done.set_result(None))  # it may have been cancelled meanwhile
@@ -129,7 +129,7 @@ async def work(seconds: float) -> None:
 
 
 async def serve(node: RosNode) -> None:
-    """Be there until cancelled, and take a while to come to rest."""
+    """Serve until cancelled, and take a while to come to rest."""
     Peer(node)
     await node.say_ready("ready")
     try:

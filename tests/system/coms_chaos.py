@@ -42,7 +42,7 @@ After that it refuses steps (2105) until it is killed and starts again.
 MECHANISM = Mechanism.of(Config())
 
 _OPEN = 3
-"""So many commands have no result while something fails."""
+"""Number of commands without a result while something fails."""
 
 _PATIENCE = 300.0
 """For the last results, when nothing fails any more [s]."""

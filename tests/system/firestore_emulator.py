@@ -21,7 +21,7 @@ from tests.ports import free_port
 from tests.waiting import eventually
 
 RULES = Path(__file__).parents[2] / "contrib/firebase/firestore.rules"
-"""Those of the documentation."""
+"""The security rules that the documentation recommends."""
 
 _MAIN = "com.google.cloud.datastore.emulator.firestore.CloudFirestore"
 _PACKAGE = Path("/usr/lib/google-cloud-sdk/platform/cloud-firestore-emulator/cloud-firestore-emulator.jar")

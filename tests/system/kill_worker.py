@@ -365,7 +365,7 @@ async def watch(twin: Twin, ledger: Ledger) -> None:
 
 
 async def work(folder: Path, seed: int) -> None:
-    """Come up, see to what was under way, and carry on until every job has ended."""
+    """Start, recover the job that was under way, and continue until every job has ended."""
     jobs, ledger = plan(seed), Ledger(folder, sys.stdout.fileno())
     rng = Random(f"{seed} {len(ledger.lines)}")
     powered = not ledger.lines or ledger.jaws_open or rng.random() >= POWER_CUT

@@ -13,7 +13,7 @@ from typing import Any
 from tests.system.processes import Process
 
 LOOKS = 400
-"""So often it is looked whether something has happened; each look waits for an event, or 0.1 s."""
+"""Number of looks for an expected event; each look waits for an event, or 0.1 s."""
 
 
 @dataclass(slots=True)

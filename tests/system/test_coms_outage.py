@@ -30,7 +30,7 @@ from tests.waiting import until
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
 AWAY = 600.0
-"""So long no server is there [s, loop time]."""
+"""Time without a server [s, loop time]."""
 
 HURRY = 200.0
 """Speed of the loop's clock meanwhile."""

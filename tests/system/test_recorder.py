@@ -27,7 +27,7 @@ from tests.virtual_time import elapse
 
 FAR = Joints(0.6, 1.3, 1.5)
 BEFORE = 10.0
-"""So much of the time before a fault must be in its recording [s]."""
+"""Time before a fault that must be in its recording [s]."""
 
 
 class Case(NamedTuple):

@@ -329,7 +329,7 @@ def test_subscribers_are_notified_that_maya_ends() -> None:
 
 FLOODING = 5
 AHEAD = 600
-"""So many answers to others may usually come before that to a stop; it was more than 1000 before clients took turns."""
+"""Usual number of answers to others before that to a stop; it was more than 1000 before clients took turns."""
 
 
 def test_stop_is_answered_before_endless_requests_of_others() -> None:

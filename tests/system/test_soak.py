@@ -41,11 +41,11 @@ CARRY = [
 EVENTS, REMEMBERED = 40, 4
 """Number of events and ended jobs in memory: it is reached soon."""
 WARM = 2
-"""After so many rounds everything has been done once."""
+"""Number of rounds after which everything has been done once."""
 ROUND = 600.0
 """A job comes this often [s]."""
 RECORDING = 250
-"""So many objects come and go with a recording, which takes several rounds."""
+"""Number of objects that come and go with a recording, which takes several rounds."""
 MINUTE = 60.0
 
 

@@ -37,7 +37,7 @@ JOB = {
 
 @asynccontextmanager
 async def streaming() -> AsyncIterator[Client]:
-    """Be a client of a robot on whose table a cube stands."""
+    """Yield a client of a robot on whose table a cube stands."""
     config = Config()
     with staffed(config) as staff, bound_socket(0) as listener:
         async with stack(config, speed=SPEED, parts={"cube": CUBE}, staff=staff) as robot:

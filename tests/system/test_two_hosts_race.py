@@ -50,7 +50,7 @@ BRAKING = 1.5
 """A stop takes less than this [s]."""
 
 RACES = 4
-"""So many races share the kills; they may run beside each other."""
+"""Number of races that share the kills; they may run beside each other."""
 
 PATIENCE = 60.0
 """A host sends a message within this time, however busy the machine is [s]."""

@@ -55,7 +55,7 @@ def close_port(port: Serial) -> None:
 
 
 _EMPTY = 100
-"""So many readings without bytes, one after another, are the end of a port: for fewer, another program was faster."""
+"""Number of successive readings without bytes that mean the end of a port; after fewer, another program was faster."""
 
 
 class BlockingPort:

@@ -342,7 +342,7 @@ PATIENCE = 5.0
 """Longest time from a goal to its motion [s]."""
 
 MOST_GOALS = 100
-"""So many goals are kept at most; only one is under way, and the others are refused soon."""
+"""Most goals that are kept; only one is under way, and the others are refused soon."""
 
 _UNDER_WAY = (Mode.MOVING, Mode.PAUSED, Mode.STOPPING)
 

@@ -33,7 +33,7 @@ _log = logging.getLogger("maya_ros.ros2")
 
 DISCOVERY = "ros_discovery_info"
 IN_TURN = 10
-"""So many samples of one reader are taken before those of the next one: no topic may delay a stop."""
+"""Most samples that one reader gives before the next one has its turn: no topic may delay a stop."""
 
 _BLOCKED = duration(milliseconds=100)
 """Longest time for which a writer waits for a reader that acknowledges nothing."""

@@ -20,13 +20,13 @@ from maya_ros.ros2.names import Quality
 from maya_un.errors import Busy, MayaError
 
 UNDER_WAY = 32
-"""So many requests of one service are carried out at once; more are refused."""
+"""Most requests of one service that are carried out at once; more are refused."""
 
 MOST = 1000
-"""So many requests of one service wait at most, those for the result of a goal included; a further one is dropped."""
+"""Most requests of one service that wait, those for the result of a goal included; a further one is dropped."""
 
 KEPT = 100
-"""So many ended goals of an action are kept for those who ask for their results later."""
+"""Number of ended goals of an action that are kept, for clients that ask for their results later."""
 
 _log = logging.getLogger("maya_ros.ros2")
 

@@ -68,7 +68,7 @@ def from_environment(environment: Mapping[str, str] = os.environ) -> AgentSettin
 
 
 def password_warning(settings: AgentSettings, language: str = "en") -> str | None:
-    """Return a warning in a language if the password goes to the supervisors' server unencrypted over a network, else None."""
+    """Return a warning if the password goes to the supervisors' server unencrypted over a network, else None."""
     parts = urlsplit(settings.supervisors)
     near = parts.hostname in {"localhost", "::1"} or (parts.hostname or "").startswith("127.")
     if not settings.password or parts.scheme not in {"mqtt", "http"} or near:

@@ -69,7 +69,7 @@ class Robot:
 
     @asynccontextmanager
     async def bridge(self) -> AsyncIterator[Steps]:
-        """Be the node firebase_bridge."""
+        """Run the node firebase_bridge."""
         async with bridged(self.bus.node("firebase_bridge"), self.store, dates.now, name=self.name) as steps:
             yield steps
 
@@ -464,7 +464,7 @@ async def test_commands_survive_ten_minutes_without_a_side(side: str, tmp_path: 
         for id_ in "345":
             await memory.put(f"k{id_}", command(id_))
         await elapse(600.0)
-        assert robot.begun == ["home", "home"]  # those that it had accepted
+        assert robot.begun == ["home", "home"]  # the robot had accepted these
         assert len(memory.commands) >= 3
         back = loop.time()
         direct.away = False

@@ -105,7 +105,7 @@ async def taken(channel: SupervisorChannel, seen: list[str], *, answers: bool = 
 
 
 async def served(transport: SupervisorTransport, journal: str, seen: list[str]) -> None:
-    """Be the link of a robot that connects again until another robot has its name."""
+    """Serve as the link of a robot, which reconnects until another robot has its name."""
     while True:
         with suppress(SupervisorsNotReached):
             async with transport.connected("MAYA", journal) as channel:

@@ -17,7 +17,7 @@ from tests.virtual_time import elapse
 
 MANY = 2000
 BYTES_EACH = 40
-"""So much memory a job that only waits may take [bytes], 4 MB for 100 000; whole in memory it took some 3000."""
+"""Most memory of a job that only waits [bytes], 4 MB for 100 000; whole in memory it took some 3000."""
 
 HOME = job("home", name="home")
 FAR = MANY - 3

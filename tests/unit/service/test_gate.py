@@ -34,7 +34,7 @@ NEEDS = {
 """The least role of every operation."""
 
 ELSE = {"change job": "operator"}
-"""Those of two words."""
+"""The least role of the operations with two words."""
 
 DRIVES = {"command", "jog", "resume", "speed", "step", "recover", "datum", "restart", "zones", "terminal"}
 """Operations that need the lease."""

@@ -26,20 +26,20 @@ def add(one: int, other: int) -> Generator[None, None, int]:
 
 
 def pieces(count: int) -> Generator[Any, None, str]:
-    """Hand over so many pieces."""
+    """Yield `count` pieces."""
     for number in range(count):
         yield [number]
     return "end"
 
 
 def refused() -> Generator[None, None, None]:
-    """Be refused."""
+    """Raise the error of a refused job."""
     yield
     raise InvalidJob(key="steps.3", reason="no")
 
 
 def broken() -> Generator[None, None, None]:
-    """Have a defect."""
+    """Raise the error of a defect."""
     yield
     raise ZeroDivisionError
 

@@ -14,7 +14,7 @@ from maya_un.cli.queueing.text import clock_in, clock_text, duration
 
 @pytest.fixture
 def bogota(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Be five hours behind UTC."""
+    """Set the time zone to five hours behind UTC."""
     monkeypatch.setitem(os.environ, "TZ", "<-05>5")
     time.tzset()
     yield

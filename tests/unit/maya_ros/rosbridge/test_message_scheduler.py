@@ -14,7 +14,7 @@ from tests.rosbridge_clients import client_bus
 from tests.virtual_time import turn
 
 HOPS = 10
-"""So often a stop waits for the loop on its way through the gate and back, each time for two turns."""
+"""Number of times that a stop waits for the loop on its way through the gate and back, each time for two turns."""
 
 
 def saying(said: list[str], name: str, count: int) -> Callable[[], bool]:
