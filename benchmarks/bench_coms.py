@@ -64,7 +64,7 @@ async def echo(port: int) -> None:
 
 
 def serve_database() -> None:
-    """Be a database until the end of standard input."""
+    """Serve a database until the end of standard input."""
     with realtime_database() as one:
         print(one.url, flush=True)
         sys.stdin.read()
@@ -190,7 +190,7 @@ async def rtdb(held: AsyncExitStack, folder: Path) -> list[Case]:
                 pass
             return line
 
-        await data()  # what is there at the beginning
+        await data()  # the data at the beginning
         return data
 
     there, result, presence = await stream("bench"), await stream("robots/MAYA/results"), await stream("robots")

@@ -1,4 +1,4 @@
-"""What a supervisor costs that follows 100 robots, each of which reports its state once a second, on one broker.
+"""The cost of a supervisor that follows 100 robots, each of which reports its state once a second, on one broker.
 
 `maya fleet watch` stands beside a bare client that receives the same. Both are processes of their own, as is the broker
 (mosquitto); the robots' reports come from this process. A sample is the processor time that a process uses while all

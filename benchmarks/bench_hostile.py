@@ -37,7 +37,7 @@ BEAT = 0.005
 """[s]"""
 
 LENGTH = 1.0
-"""So long is listened to the beat for one sample [s]."""
+"""Time during which one sample measures the beat [s]."""
 
 QUIET = "nobody"
 

@@ -1,4 +1,4 @@
-"""What the twin takes for a command: received as bytes, executed, answered, hundreds in a row without a wire.
+"""The time of the twin for a command: received as bytes, executed, answered, hundreds in a row without a wire.
 
 The goal is 100 000 simple commands a second. "new each time" commands have other numbers in every line, so that
 nothing prepared for one serves the next.

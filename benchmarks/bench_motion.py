@@ -1,4 +1,4 @@
-"""What a motion costs to plan, how near it comes to the least time that physics allows, how near it keeps to its way.
+"""The cost of planning a motion, its time beside the least that physics allows, and its deviation from its path.
 
 The bounds are another programme's: `tests/lower_bound.py` knows the axes' limits and the shape of the way, and nothing
 of how it is driven. Durations are those of the axes themselves, from the first that moves to the last that stops, as

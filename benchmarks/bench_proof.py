@@ -1,4 +1,4 @@
-"""What a path of a hundred chords costs before it may be gone: its proof, its margins, the speeds that faults allow."""
+"""The cost of a path of a hundred chords before it may begin: its proof, its margins, the speeds that faults allow."""
 
 from __future__ import annotations
 

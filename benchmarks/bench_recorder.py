@@ -1,4 +1,4 @@
-"""What the flight recorder costs the driver, and how long saving a full one holds the loop."""
+"""The cost of the flight recorder for the driver, and the time for which saving a full one blocks the loop."""
 
 from __future__ import annotations
 

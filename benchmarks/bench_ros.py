@@ -1,8 +1,8 @@
-"""What the nodes cost: a launch, a service that is answered from the snapshot, and the position 50 times a second.
+"""The cost of the nodes: a launch, a service that is answered from the snapshot, and the position 50 times a second.
 
 /maya_command can_teleop is called in turns with an empty service of rospy's own, by one process: over a connection that
-is kept, and over a new one for every call. The servers are bound to one CPU, the caller to another. What the position
-costs is the CPU time, in a second, of a node that tells it and /joint_states to one listener and does nothing else.
+is kept, and over a new one for every call. The servers are bound to one CPU, the caller to another. The cost of
+the position is the CPU time, in a second, of a node that sends only it and /joint_states to one listener.
 """
 
 from __future__ import annotations

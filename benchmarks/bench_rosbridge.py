@@ -1,4 +1,4 @@
-"""What the rosbridge endpoint costs: how late a message is, how long a service takes, twenty readers at 100 Hz.
+"""The cost of the rosbridge endpoint: how late a message is, how long a service takes, twenty readers at 100 Hz.
 
 The server is a process of its own: `maya up --rosbridge` as everybody has it, on the twin. Beside it runs a bare server
 of the library websockets, which sends what it is sent to all, as its manual shows it. Publisher and subscribers are in
@@ -27,7 +27,7 @@ SECONDS = 2.0
 """How long one sample lasts."""
 
 TIMES = 300
-"""So many messages, one after the other, make one sample of how late they are."""
+"""Number of successive messages in one sample of their delay."""
 
 TOPIC = {"topic": "/bench", "type": "std_msgs/String"}
 

@@ -1,4 +1,4 @@
-"""What it costs to show the robot to a hundred websocket clients 30 times a second, and how late they see it.
+"""The cost of showing the robot to a hundred websocket clients 30 times a second, and how late they see it.
 
 The server is a process of its own: a whole stack on the twin whose states come at 30 Hz, and the stream. Beside it runs
 a bare uvicorn that sends frames of the same size to as many clients, each by the framework's own call. The clients of

@@ -1,7 +1,7 @@
 """Memory of the dashboard and of `maya up` while a page looks on for eight hours of the robot's clock.
 
 The robot carries out long jobs, and the page Live shows it, with the 3D view and the plots. The clock of the twin
-runs a hundred times as fast as real time. What grows would show between the first hour, when everything is loaded and
+runs a hundred times as fast as real time. A leak would show between the first hour, when everything is loaded and
 the trace and the plots are full, and the eighth. `maya up` itself grows by its log of events, about 1 kB each, until
 the log is full (`maya_un.events.KEPT`), whether or not somebody looks on.
 """

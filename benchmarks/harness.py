@@ -1,4 +1,4 @@
-"""What every benchmark shares: cases measured in turn, compared with a baseline of the same run, one table.
+"""The parts that all benchmarks share: cases measured in turn, compared with a baseline of the same run, one table.
 
 A case is a function that takes one sample: seconds, bytes, or metres. All cases are sampled once a round, so that what
 the machine does beside us hits every one of them alike. Comparisons take the best of all rounds (least
@@ -48,7 +48,7 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """What came of a case: best, median and worst in `unit`, and the number that its goal is about."""
+    """The result of a case: best, median and worst in `unit`, and the number that its goal is about."""
 
     name: str
     unit: str

@@ -1,7 +1,6 @@
 """Checks the English of pages, docstrings, comments and messages: plain sentences, and the field's own words.
 
-`CLEAN` lists the parts of the project that have been rewritten, and it grows until it is everything. Arguments are
-checked instead of it: `scripts/prose.py src/maya_un/cli` shows the sentences that a folder still has to lose.
+It checks the paths in its arguments, or without arguments those in `CHECKED`.
 """
 
 from __future__ import annotations
@@ -12,20 +11,27 @@ import re
 import sys
 import tokenize
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from babel.messages.pofile import read_po
 
 ROOT = Path(__file__).resolve().parent.parent
 
-CLEAN = (
-    "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "docs", "scripts", "src", "tests",
+CHECKED = (
+    "README.md", "CHANGELOG.md", "CONTRIBUTING.md",
+    "benchmarks", "contrib", "docs", "examples", "ros", "ros2", "scripts", "src", "tests", "web/src", "web/test",
 )  # fmt: skip
-"""The files and folders that are checked. A folder stands for every page and every Python file below it."""
+"""The files and folders that are checked. A folder stands for every file below it with an ending of `KINDS`."""
 
-OLD = ("docs/decisions/", "tests/goldens/", "node_modules/")
-"""Parts of a path that is never checked: records keep their words, and goldens are checked where they come from."""
+KINDS = {".md", ".po", ".py", ".ts", ".vue"}
+"""Endings of the files that are checked: pages, catalogues of texts, and programs."""
+
+WORDS = "web/src/words"
+"""The folder whose strings are the texts of the dashboard. The other scripts have no texts, only comments."""
+
+SKIPPED = ("docs/decisions/", "tests/goldens/", "web/src/generated/", "node_modules/")
+"""Parts of paths that are not checked: records keep their words, and generated files are checked at their source."""
 
 TURNED = re.compile(r"(What|Whatever|Who|Whoever|Whose|Where|Wherever|Quien|Quienes|Lo que|Donde)\b")
 """The words with which only a question may begin."""
@@ -85,11 +91,11 @@ class Finding:
 
 
 def main(arguments: list[str]) -> int:
-    """Check `CLEAN`, or the paths in `arguments`; return 1 if a sentence breaks a rule or a path is not there."""
-    wanted = arguments or list(CLEAN)
+    """Check `CHECKED`, or the paths in `arguments`; return 1 if a sentence breaks a rule or a path is not there."""
+    wanted = arguments or list(CHECKED)
     lost = [name for name in wanted if not (ROOT / name).exists()]
     for name in lost:
-        print(f"{name} is not there: correct CLEAN in scripts/prose.py")
+        print(f"{name} is not there: correct CHECKED in scripts/prose.py")
     found = [finding for path in sorted({*_files(wanted)}) for finding in check(path, path.read_text(encoding="utf-8"))]
     for finding in found:
         print(finding)
@@ -99,7 +105,7 @@ def main(arguments: list[str]) -> int:
 
 
 def check(path: Path, text: str) -> Iterator[Finding]:
-    """Yield the sentences of a file that break a rule; the ending of `path` tells pages from Python."""
+    """Yield the sentences of a file that break a rule; the ending of `path` tells pages from programs."""
     shown = path.relative_to(ROOT) if path.is_relative_to(ROOT) else path
     for part in _parts(shown, text):
         for sentence in _SENTENCE.split(part.words):
@@ -113,6 +119,8 @@ def _parts(path: Path, text: str) -> Iterator[Text]:
         return _translations(text)
     if path.suffix == ".py":
         return _python(text, strings=not path.is_relative_to("tests"))
+    if path.suffix in {".ts", ".vue"}:
+        return _script(text, strings=path.is_relative_to(WORDS))
     return _page(path, text)
 
 
@@ -134,7 +142,7 @@ def _broken(sentence: str, *, title: bool) -> Iterator[str]:
 
 
 def _guessed(path: Path, sentence: str) -> Iterator[str]:
-    if path.suffix != ".py":
+    if path.suffix in {".md", ".po"}:
         return
     found = RIDDLE.match(sentence) or (RIDDLE_IN_TESTS.match(sentence) if path.is_relative_to("tests") else None)
     if found:
@@ -144,8 +152,8 @@ def _guessed(path: Path, sentence: str) -> Iterator[str]:
 def _files(names: list[str]) -> Iterator[Path]:
     for name in names:
         path = ROOT / name
-        below = [path] if path.is_file() else [one for one in path.rglob("*") if one.suffix in {".md", ".po", ".py"}]
-        yield from (one for one in below if not any(part in one.as_posix() for part in OLD))
+        below = [path] if path.is_file() else [one for one in path.rglob("*") if one.suffix in KINDS]
+        yield from (one for one in below if not any(part in one.as_posix() for part in SKIPPED))
 
 
 def _page(path: Path, text: str) -> Iterator[Text]:
@@ -219,6 +227,28 @@ def _comments(text: str) -> Iterator[Text]:
         lines.append(token.string.lstrip("#! ").strip())
     if lines:
         yield Text(begun, _capital(" ".join(lines)))
+
+
+_TOKEN = re.compile(
+    r"""(?P<string>"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|`(?:\\.|[^`\\])*`)"""
+    r"""|(?P<line>(?:(?<=\n)[ ]*//[^\n]*\n)+|//[^\n]*)|/\*(?P<block>.*?)\*/|<!--(?P<page>.*?)-->""",
+    re.DOTALL,
+)
+"""A string or a comment of TypeScript or of a Vue component. Comment lines that follow each other are one comment."""
+
+
+def _script(text: str, *, strings: bool) -> Iterator[Text]:
+    """Yield the comments of a script in TypeScript or Vue, and its `strings`."""
+    for found in _TOKEN.finditer(text):
+        line = text.count("\n", 0, found.start()) + 1
+        if found["string"] is None:
+            comment = re.sub(r"(?m)^\s*(//|\*+)", "", found["line"] or found["block"] or found["page"])
+            for paragraph in _paragraphs(line, re.sub(r"\s*@\w+", "\n\n", comment)):
+                yield Text(paragraph.line, _capital(paragraph.words))
+        elif strings:
+            for paragraph in _paragraphs(line, found["string"][1:-1]):
+                label = not paragraph.words.endswith((".", "!", ":"))
+                yield replace(paragraph, title=label)
 
 
 def _capital(comment: str) -> str:

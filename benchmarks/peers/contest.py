@@ -18,7 +18,7 @@ from scripts.performance_results import OURS, Row
 Floats = NDArray[np.float64]
 
 DIGITS = 4
-"""So many significant digits of a figure are stored."""
+"""Number of significant digits of a stored figure."""
 
 
 class LeftOut(Exception):

@@ -21,7 +21,7 @@ from maya_un.values import Joints, Point
 from scripts.performance_results import OURS
 
 POINTS = 20
-"""So many places are worked out in one sample, each on its own."""
+"""Number of places that one sample computes, each on its own."""
 
 CLOSE = 1e-9
 """A numeric solution ends when it is so near [m]."""

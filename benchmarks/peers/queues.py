@@ -22,12 +22,12 @@ from scripts.performance_results import OURS, Growth
 T = TypeVar("T")
 
 EACH = 20
-"""So many jobs of one submitter in a sample."""
+"""Number of jobs of one submitter in a sample."""
 
 SUBMITTERS = 16
 
 SAMPLES = 15
-"""So many samples of every size of a queue."""
+"""Number of samples of every size of a queue."""
 
 
 def job(number: int) -> JobRow:

@@ -1,4 +1,4 @@
-"""What catkin installs of this package's Python; it is called by catkin, never by hand."""
+"""Tells catkin which Python packages to install. Only catkin calls it."""
 
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup

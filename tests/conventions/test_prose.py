@@ -71,6 +71,30 @@ def test_docstrings_of_tests_are_checked_more_strictly() -> None:
     assert len(found(str(ROOT / "tests" / "test_module.py"), source)) == 2
 
 
+def test_comments_of_scripts_are_checked_with_their_lines() -> None:
+    script = """
+/** What is drawn. */
+const url = "http://a/b"; // who asks is told
+/**
+ * Good.
+ * Where it is, is known.
+ */
+const word = "What is drawn.";
+  // It is told who asks, and
+  // whoever asks. Who may, may.
+"""
+    assert found(str(ROOT / "web/src/a.ts"), script) == [
+        (2, "What is drawn."), (3, "Who asks is told"), (4, "Where it is, is known."), (9, "Who may, may.")
+    ]  # fmt: skip
+    component = "<template>\n  <!-- Who asks is told. -->\n</template>\n<style>\n/* What is wide. */\n</style>\n"
+    assert found(str(ROOT / "web/src/A.vue"), component) == [(2, "Who asks is told."), (5, "What is wide.")]
+
+
+def test_texts_of_the_dashboard_are_checked_and_labels_are_not() -> None:
+    script = 'const A = { a: ["What the robot does", "Qué hace"], b: ["What moves stops.", "Quien conduce, para."] };\n'
+    assert found(str(ROOT / "web/src/words/a.ts"), script) == [(1, "What moves stops."), (1, "Quien conduce, para.")]
+
+
 def test_source_code_in_a_generator_is_left_alone() -> None:
     assert found("generator.py", 'CODE = """\nfrom a.b import wish\n"""\n') == []
 

@@ -13,7 +13,7 @@ const INTERNATIONAL = new Set(["Maya", "a", "b", "c", "x", "y", "z", "m", "mm", 
 /** Attributes that people read or hear. */
 const READ = new Set(["alt", "aria-description", "aria-label", "label", "placeholder", "title"]);
 
-/** What keys are called, and code, is not translated. */
+/** Names of keys and code are not translated. */
 const VERBATIM = new Set(["kbd", "code", "pre"]);
 
 const files = (folder: string): string[] =>

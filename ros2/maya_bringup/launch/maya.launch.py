@@ -22,7 +22,7 @@ ARGUMENTS = {
 }
 
 SHOWN = ("tf", "tf_static", "robot_description", "maya_markers")
-"""What rviz2 shows of the robot, in its namespace."""
+"""The topics of the robot that rviz2 shows, in its namespace."""
 
 
 def program(context: LaunchContext) -> list[ExecuteProcess]:

@@ -5,7 +5,7 @@ export type Axis = "a" | "b" | "c" | "x" | "y" | "z" | "r";
 /** Shares of the full speed along x, y and z; the length is at most 1. */
 export type Vector = [x: number, y: number, z: number];
 
-/** Where a held jog goes: along an axis at a share of the full speed, or along a vector. */
+/** The direction of a held jog: along an axis at a share of the full speed, or along a vector. */
 export type Heading = { axis: Axis; direction: 1 | -1; speed: number } | { vector: Vector };
 
 /** How a hold reaches the service, and functions that it calls. */

@@ -70,7 +70,7 @@ export function percentOf(speed: unknown): number | null {
   return found === null ? null : Math.round(Number(found[1]) * (found[2] ? 1 : 100));
 }
 
-/** Where a step goes: a name, a cell of a pallet, numbers, or nothing yet. */
+/** The target of a step: a name, a cell of a pallet, numbers, or nothing yet. */
 export type Target =
   | { kind: "none" }
   | { kind: "name"; name: string }
@@ -122,7 +122,7 @@ export function trimmed(values: readonly (number | null)[]): (number | null)[] {
   return found;
 }
 
-/** What is not filled in yet: a step by its place in the list (and in its loop), or a name; null if all is. */
+/** The first part that is not filled in yet: a step by its place in the list (and in its loop), or a name; null if all is. */
 export type Gap = { step: number; inner: number | null } | { name: string };
 
 export function firstGap(job: JobData): Gap | null {

@@ -5,7 +5,7 @@ import { exact, fine } from "../machine/plan.ts";
 /** A place in the 3D view that a person may drag. */
 export interface Grip {
   id: string;
-  /** What it moves, for people who do not see it. */
+  /** The name of the thing that it moves, for screen readers. */
   label: string;
   point: Point;
 }

@@ -15,7 +15,7 @@ const TEXT = 20;
 /** A grid of places with its four corners [m]. */
 export type PalletGrid = Pick<PalletInfo, "rows" | "columns" | "corners"> & { corners: Point[] };
 
-/** What is being entered or moved: a zone or a pallet. A pose is its handle alone. */
+/** The zone or pallet that is being entered or moved. A pose is its handle alone. */
 export interface Draft {
   zone?: Zone | null;
   grid?: PalletGrid | null;

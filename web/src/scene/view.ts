@@ -14,10 +14,10 @@ import { bodyOf } from "./zones.ts";
 
 export type View = "perspective" | "top" | "side";
 
-/** What can be switched on and off. */
+/** The parts of the picture that can be switched on and off. */
 export type Layer = "workspace" | "trace" | "path" | "next";
 
-/** What the picture needs of a state. One that is not `moving` is drawn as it is, and never continued. */
+/** The part of a state that the picture needs. One that is not `moving` is drawn as it is, and never continued. */
 export type Pose = Pick<State, "joints" | "point" | "velocity" | "moving" | "gripper_closed">;
 
 /** The longest time for which a motion is continued beyond the last state [s]. */
@@ -63,7 +63,7 @@ export class RobotView {
   private latest: { state: Pose; at: number } | null = null;
   private given: readonly (readonly [number, number, number])[] | null = null;
   private tension: [number, number] | null = null;
-  /** What the last picture shows. */
+  /** The content of the last picture. */
   private shown: { state: Pose | null; shares: [number, number] } = { state: null, shares: [0, 0] };
   private view: View = "perspective";
   private turned = false;

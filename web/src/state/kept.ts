@@ -1,5 +1,5 @@
 /**
- * What the browser keeps for the page. A browser may forbid this or have no space left, and then throws an error; the page
+ * The values that the browser keeps for the page. A browser may forbid this or have no space left, and then throws an error; the page
  * works all the same, stop first of all, and keeps the values in memory until it is closed.
  */
 class Kept {

@@ -42,7 +42,7 @@ function want(text: string): void {
 }
 
 async function fetchWanted(): Promise<void> {
-  await Promise.resolve(); // what a page shows at once is asked for at once
+  await Promise.resolve(); // one request for all texts that a page shows at the same time
   try {
     while (wanted.size > 0 && connection.value === "live") {
       const texts = [...wanted].slice(0, AT_ONCE);

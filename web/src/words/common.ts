@@ -85,7 +85,7 @@ export const PRIMITIVES = words({
   home: ["Home", "Referenciar"],
 });
 
-/** What the gripper does, in steps of jobs. */
+/** The actions of the gripper, in steps of jobs. */
 export const GRIPPER = words({ open: ["open", "abrir"], close: ["close", "cerrar"] });
 
 export const MODES: Record<Mode, Words> = {

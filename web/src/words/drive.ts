@@ -79,7 +79,7 @@ export const DRIVE = words({
   stickHeight: ["Stick for z", "Palanca para z"],
 });
 
-/** What each primitive does, in a sentence. */
+/** The effect of each primitive, in a sentence. */
 export const MEANINGS: Record<keyof typeof PRIMITIVES, Words> = {
   pick: ["Opens the gripper, goes down to the target, takes the part and lifts it.", "Abre la pinza, baja al destino, recoge la pieza y la levanta."],
   place: ["Carries the part over the target, goes down, opens the gripper and goes up.", "Lleva la pieza sobre el destino, baja, abre la pinza y sube."],

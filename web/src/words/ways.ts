@@ -9,7 +9,7 @@ export const WAYS = words({
   about: ["What do these buttons do?", "¿Qué hacen estos botones?"],
 });
 
-/** What each of them does to the job; Stop has its label in COMMON. */
+/** The effect of each of them on the job; Stop has its label in COMMON. */
 export const ABOUT = words({
   pauseNow: [
     "The robot brakes on its path and waits there. Resume continues the same motion.",

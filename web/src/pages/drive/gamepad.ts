@@ -1,7 +1,7 @@
 import type { Vector } from "../../parts/hold.ts";
 import { vectorOf } from "./stick.ts";
 
-/** What the dashboard reads of a gamepad (the standard layout of browsers). */
+/** The part of a gamepad that the dashboard reads (the standard layout of browsers). */
 export interface Pad {
   readonly connected: boolean;
   readonly timestamp: number;
@@ -19,7 +19,7 @@ export const STALE = 500;
 export interface PadReading {
   /** Whether an enabling button is held, in a report that is fresh. */
   enabled: boolean;
-  /** Where the sticks point, null for rest or without an enabling button. */
+  /** The direction of the sticks, null for rest or without an enabling button. */
   vector: Vector | null;
   /** Whether the stop button went down in this report. */
   stop: boolean;

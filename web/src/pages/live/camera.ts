@@ -1,6 +1,6 @@
 import type { CameraConfig } from "../../generated/api.ts";
 
-/** What is known of the camera: no answer yet, pictures of now, or no picture any more. */
+/** The state of the camera: no answer yet, live pictures, or no picture any more. */
 export type Sight = "opening" | "live" | "silent";
 
 /** A camera that sends no picture for this long does not answer [ms]. */
@@ -19,10 +19,10 @@ export const LONGEST_PAUSE = 15_000;
 /** Pictures are kept and drawn up to this width [px]. */
 const WIDEST = 1280;
 
-/** What of an image element the camera needs. */
+/** The part of an image element that the camera needs. */
 export type Picture = Pick<HTMLImageElement, "src" | "onload" | "onerror" | "naturalWidth" | "naturalHeight" | "removeAttribute">;
 
-/** Where the pictures appear: `picture` is shown while a stream runs, `still` below it holds the last picture. */
+/** The elements that show the pictures: `picture` is shown while a stream runs, `still` below it holds the last picture. */
 export interface Screen {
   picture: Picture;
   still: HTMLCanvasElement;

@@ -125,7 +125,7 @@ function settle(mine: number, found: JobData | null, wrong: JobMistake | null): 
   ahead.value = null;
 }
 
-/** Shows a refusal. What did not reach the service is translated when the connection is back. */
+/** Shows a refusal. If the request did not reach the service, the text is translated when the connection is back. */
 function fail(mine: number, error: unknown): void {
   if (mine !== change.value) return;
   const failure = failureOf(error);

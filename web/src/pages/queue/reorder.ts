@@ -2,7 +2,7 @@ import { onUnmounted, ref } from "vue";
 import { placeAt } from "./order.ts";
 import "./reorder.css";
 
-/** What a handle listens to (`v-bind`). */
+/** The attributes and listeners of a handle (`v-bind`). */
 export interface Handle {
   class: string;
   "aria-keyshortcuts": string;

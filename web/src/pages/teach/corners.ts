@@ -52,7 +52,7 @@ export function sentCorner(corner: Corner): string | number[] | null {
   return z === null ? [x, y] : [x, y, z];
 }
 
-/** Where the corners of pallets are: taught poses, and the height of corners without z [m]. */
+/** The data that place the corners of pallets: taught poses, and the height of corners without z [m]. */
 export interface Known {
   poses: readonly TaughtPose[];
   height: number;

@@ -4,7 +4,7 @@ import { numberOf } from "../../look/field.ts";
 /** The value of a parameter of a fault. */
 export type FaultValue = FaultParameter["default"];
 
-/** What is wrong with the text of a number: it is no number, no whole number, or outside its range. */
+/** The mistake in the text of a number: it is no number, no whole number, or outside its range. */
 export type Mistake = "not a number" | "not whole" | "outside" | "";
 
 /** Returns the number in a text, and what is wrong with it. */

@@ -1,7 +1,7 @@
 import type { SettingInfo } from "../../generated/api.ts";
 import { numberWithin, type Mistake } from "./parameters.ts";
 
-/** What is wrong with the text of a setting that no service has to check. */
+/** A mistake in the text of a setting that the page finds without the service. */
 export type TextMistake = Mistake | "not a list";
 
 /** Returns the leaves of a nested configuration by their dotted names; lists are leaves. */

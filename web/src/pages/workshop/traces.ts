@@ -1,4 +1,4 @@
-/** What the scope shows: ages [s], 0 is now, and one column for each chosen channel; null is a gap. */
+/** The content of the scope: ages [s], 0 is now, and one column for each chosen channel; null is a gap. */
 export interface Traces {
   ages: readonly number[];
   columns: readonly (readonly (number | null)[])[];
