@@ -123,14 +123,17 @@ class Process:
         item = self.turns.running
         return None if item is None or item.row.state.ended else item.number
 
-    async def submit(self, job: Job | Mapping[str, object] | bytes, asked: SubmitRequest = LOCAL) -> int:
+    async def submit(
+        self, job: Job | Mapping[str, object] | bytes, asked: SubmitRequest = LOCAL, *, stopped: bool = False
+    ) -> int:
         """Append a job and return its number, once it is stored; it starts when its turn comes.
 
-        The job may be plain data or JSON. Raises `UnknownName` and `InvalidJob` for its contents, `FileUnreadable` if
-        it needs the file of taught places and that is broken, `KeyReused`, `InvalidValue`, `StorageFailed`;
-        `NotConnected` and `Faulted` while no job can run, unless it is to be held.
+        The job may be plain data or JSON. If a stop came after its request (`stopped`), the queue pauses. Raises
+        `UnknownName` and `InvalidJob` for its contents, `FileUnreadable` if it needs the file of taught places and that
+        is broken, `KeyReused`, `InvalidValue`, `StorageFailed`; `NotConnected` and `Faulted` while no job can run,
+        unless it is to be held.
         """
-        halts, asked = self.turns.halts, self._noted(asked)
+        halts, asked = self.turns.halts - stopped, self._noted(asked)
         return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
 
     async def command(self, command: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:

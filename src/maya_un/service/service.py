@@ -160,17 +160,19 @@ class Service:
         by: Caller = LOCAL,
         options: JobOptions = DEFAULT_OPTIONS,
         key: str = "",
+        stopped: bool = False,
     ) -> JobAccepted:
         """Append a job, which may be JSON, to the queue; before its start, it is checked as a whole.
 
         The job is stored when this returns. A repeated request with the same `key` and owner returns the existing job.
-        A student's job waits for approval, unless the student drives.
+        If a stop came after the request (`stopped`), the queue pauses, as if the job had waited already. A student's
+        job waits for approval, unless the student drives.
 
         Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`, `InvalidValue`
         for options out of range, `FileUnreadable` for an invalid book of taught places that the job needs, and
         `NotConnected` or `Faulted` while nothing can run.
         """
-        number = await self._process.submit(job, self._asked(by, options, key))
+        number = await self._process.submit(job, self._asked(by, options, key), stopped=stopped)
         line = await self._process.shown.found_line(number)
         return JobAccepted(number, line.name, line.steps)
 

@@ -8,7 +8,8 @@ from collections.abc import AsyncGenerator, Awaitable, Callable, Sequence
 from contextlib import asynccontextmanager
 from contextvars import Context, copy_context
 from dataclasses import asdict
-from typing import Any, Protocol
+from functools import partial
+from typing import Any, NamedTuple, Protocol
 
 from dmc41x3.i18n import phrase
 from maya_ros.graph import diagnostics
@@ -47,8 +48,16 @@ _ANSWERS = {"": None, "yes": True, "no": False}
 class ProcessLayer(Protocol):
     """The part of a process layer that this server needs."""
 
-    async def append(self, primitives: Sequence[Primitive]) -> None:
-        """Append one job of these primitives, at least one; it starts when its turn comes."""
+    @property
+    def stops(self) -> int:
+        """Number of stops and aborts of the robot so far."""
+        ...
+
+    async def append(self, primitives: Sequence[Primitive], stops: int) -> None:
+        """Append one job of these primitives, at least one; it starts when its turn comes.
+
+        If the robot was stopped after the number `stops`, the job waits, and the queue pauses.
+        """
         ...
 
     async def end_all(self) -> None:
@@ -72,6 +81,15 @@ class ProcessLayer(Protocol):
         ...
 
 
+class _Tasks(NamedTuple):
+    """Tasks from a topic, the context of their message, and the number of stops when it came."""
+
+    row: Row
+    messages: Sequence[Message]
+    context: Context
+    stops: int
+
+
 class ProcessServer:
     """Serves a process layer; `clock` stamps messages [s], `speed` is how fast the loop's clock runs."""
 
@@ -80,7 +98,7 @@ class ProcessServer:
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
         self._refused = ""
-        self._coming: asyncio.Queue[tuple[Row, Sequence[Message], Context]] = asyncio.Queue()
+        self._coming: asyncio.Queue[_Tasks] = asyncio.Queue()
         self._ends = 0
         self._ended_by = copy_context()
 
@@ -103,10 +121,10 @@ class ProcessServer:
 
     def _topics(self, graph: Graph, working: BackgroundTasks) -> list[GraphHandle]:
         def send(message: Message) -> None:
-            self._coming.put_nowait((SEND_TASK, [message], copy_context()))
+            self._coming.put_nowait(_Tasks(SEND_TASK, [message], copy_context(), self._layer.stops))
 
         def start(message: Message) -> None:
-            self._coming.put_nowait((START_QUEUE, message["tasks"], copy_context()))
+            self._coming.put_nowait(_Tasks(START_QUEUE, message["tasks"], copy_context(), self._layer.stops))
 
         def stop(_: Message) -> None:
             self._ends += 1
@@ -151,21 +169,22 @@ class ProcessServer:
     async def _take(self) -> None:
         """Append the tasks of messages, in order. A job that is being appended during /stop_queue is cancelled as well.
 
-        Each task is appended in the context of its message, which holds the principal of the command.
+        Each task is appended in the context of its message, which holds the principal of the command. Tasks that came
+        before a stop wait like jobs of the queue.
         """
         loop = asyncio.get_running_loop()
         while True:
-            row, messages, context = await self._coming.get()
+            tasks = await self._coming.get()
             ends = self._ends
-            work = self._told(row, lambda messages=messages: self._append(messages))
-            await loop.create_task(work, context=context)
+            work = self._told(tasks.row, partial(self._append, tasks))
+            await loop.create_task(work, context=tasks.context)
             if self._ends != ends:
                 await loop.create_task(self._told(STOP_QUEUE, self._layer.end_all), context=self._ended_by)
 
-    async def _append(self, messages: Sequence[Message]) -> None:
-        if not messages:
+    async def _append(self, tasks: _Tasks) -> None:
+        if not tasks.messages:
             raise InvalidJob(key="tasks", reason="there is none")
-        await self._layer.append([primitive_from_message(message) for message in messages])
+        await self._layer.append([primitive_from_message(message) for message in tasks.messages], tasks.stops)
 
     async def _told(self, row: Row, work: Callable[[], Awaitable[None]]) -> None:
         """Do the work of a message; log a refusal and report it in /diagnostics, because a topic has no response."""
@@ -230,11 +249,23 @@ class GraphQueue:
         """Return the state of the queue as a message for /queue_status."""
         return queue_message(self._view())
 
-    async def append(self, primitives: Sequence[Primitive]) -> None:
-        """Append one job of these primitives; it starts when its turn comes. Raises as `Service.submit` does."""
+    @property
+    def stops(self) -> int:
+        """Number of stops and aborts of the robot so far."""
+        return self._controller.stops
+
+    async def append(self, primitives: Sequence[Primitive], stops: int) -> None:
+        """Append one job of these primitives; it starts when its turn comes. Raises as `Service.submit` does.
+
+        If the robot was stopped after the number `stops`, the job waits, and the queue pauses.
+        """
         job, by = job_of(primitives), await self._who()
         operation = Operation.SUBMIT if allowed(by.role, Operation.SUBMIT) else Operation.PROPOSE
-        await self._call(by, operation, lambda service: service.submit(job, by=by), job.name)
+
+        async def submit(service: Service) -> None:
+            await service.submit(job, by=by, stopped=self.stops != stops)
+
+        await self._call(by, operation, submit, job.name)
 
     async def end_all(self) -> None:
         """Stop all motion on its path and cancel all jobs; raises `StorageFailed`.

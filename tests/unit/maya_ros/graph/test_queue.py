@@ -25,7 +25,7 @@ from maya_un.robot.primitives.move import MoveJoints
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.primitives.place import Place
 from maya_un.robot.robot import MayaRobot
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import QueueMode, TaskState
 from maya_un.values import Joints, Point
 from tests.fakes import FakeController
 from tests.virtual_time import elapse
@@ -63,25 +63,36 @@ async def queue_server(controller: FakeController) -> AsyncIterator[tuple[Proces
 async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
     controller = FakeController()
     async with queue_server(controller) as (layer, queue):
-        await queue.append([Pick(CUBE), Place(TRAY)])
-        await queue.append([Home()])
+        await queue.append([Pick(CUBE), Place(TRAY)], queue.stops)
+        await queue.append([Home()], queue.stops)
         reports = [await layer.process.result(number) for number in (1, 2)]
         assert [report.state for report in reports] == [TaskState.DONE, TaskState.DONE]
         assert [line.owner for line in layer.process.shown.lines()] == ["ros", "ros"]
         assert controller.names()[-1] == "home"
 
 
+async def test_job_that_was_sent_before_a_stop_waits() -> None:
+    controller = FakeController()
+    async with queue_server(controller) as (layer, queue):
+        before = queue.stops
+        controller.stops += 1
+        await queue.append([Home()], before)
+        assert (layer.process.shown.mode, layer.process.running) == (QueueMode.PAUSED, None)
+        await layer.service.queue.resume()
+        assert (await layer.process.result(1)).state is TaskState.DONE
+
+
 async def test_the_end_of_everything_stops_and_empties() -> None:
     controller = FakeController()
     async with queue_server(controller) as (layer, queue):
-        await queue.append([Home()])
-        await queue.append([Pick(CUBE)])
+        await queue.append([Home()], queue.stops)
+        await queue.append([Pick(CUBE)], queue.stops)
         await elapse(5.0)
         assert queue.status().level is DiagnosticLevel.OK
         await queue.end_all()
         states = [(await layer.process.result(number)).state for number in (1, 2)]
         assert states == [TaskState.CANCELLED, TaskState.CANCELLED]
-        await queue.append([Home()])
+        await queue.append([Home()], queue.stops)
         assert (await layer.process.result(3)).state is TaskState.DONE
 
 

@@ -26,12 +26,17 @@ class Queue:
     asked: list[str] = field(default_factory=list[str])
     interrupted: bool = False
     error: NotConnected | None = None
+    stops: int = 0
+    waiting: list[str] = field(default_factory=list[str])
 
-    async def append(self, primitives: Sequence[Primitive]) -> None:
+    async def append(self, primitives: Sequence[Primitive], stops: int) -> None:
         await elapse(1.0)
         if self.error is not None:
             raise self.error
-        self.asked.append(" ".join(primitive.command for primitive in primitives))
+        commands = " ".join(primitive.command for primitive in primitives)
+        self.asked.append(commands)
+        if stops != self.stops:
+            self.waiting.append(commands)
 
     async def end_all(self) -> None:
         self.asked.append("end")
@@ -107,6 +112,19 @@ async def test_stop_passes_waiting_messages_and_ends_those_on_their_way() -> Non
         process.send.publish({"command": "home"})
         await elapse(5.0)
         assert process.queue.asked[-1] == "home"
+
+
+async def test_tasks_that_came_before_a_stop_wait_like_jobs() -> None:
+    async with behind() as process:
+        for command in ("home", "gripper"):
+            process.send.publish({"command": command})
+        process.start.publish({"tasks": [{"command": "pick"}]})
+        await elapse(1.5)
+        process.queue.stops += 1
+        process.send.publish({"command": "place"})
+        await elapse(5.0)
+        assert process.queue.asked == ["home", "gripper", "pick", "place"]
+        assert process.queue.waiting == ["gripper", "pick"]
 
 
 @pytest.mark.parametrize(
