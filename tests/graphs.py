@@ -13,11 +13,14 @@ from maya_ros.graph.distributed import robot_layer
 from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.servers.forwarding import tasks_forwarded
 from maya_ros.graph.servers.sensors import SensorServer
+from maya_ros.graph.timing import MotionTimer
 from maya_un.config import Config
+from maya_un.controller.controller import GalilController
 from maya_un.events import Event
 from maya_un.machine.mechanics import MayaMechanics
 from maya_un.machine.truth import StartPose
 from maya_un.process.process import Process
+from maya_un.service.computing import Computing
 from maya_un.testing.rig import Rig, rig
 from maya_un.values import Point
 from tests.calm import CALM
@@ -45,6 +48,11 @@ class ControllerNode:
         await turn()
 
 
+def timer_of(controller: GalilController) -> MotionTimer:
+    """Return the timer of a controller's motions, in the running loop."""
+    return MotionTimer(controller, Computing(None))
+
+
 @asynccontextmanager
 async def controller_node(
     bus: Bus, *, config: Config = CALM, parts: Mapping[str, Point] | None = None, homed: bool = False
@@ -53,7 +61,7 @@ async def controller_node(
     node = bus.node("hw_simulator")
     async with (
         bench_of(config, parts, homed=homed) as bench,
-        ControllerServer(bench.controller).open(node),
+        ControllerServer(bench.controller, timer_of(bench.controller)).open(node),
         SensorServer(bench.controller, bench.controller.config).open(node),
     ):
         yield ControllerNode(bench, bus, node)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import AsyncExitStack, asynccontextmanager
+from contextlib import AsyncExitStack, ExitStack, asynccontextmanager
 
 from maya_ros.graph import urdf
 from maya_ros.graph.bus import Bus
+from maya_ros.graph.halts import Halts
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import CLOCK
 from maya_ros.ros1.rights import graph_guest
 from maya_ros.ros2 import needed
+from maya_ros.ros2.robot import RobotInterface
 from maya_ros.rosbridge import standalone
-from maya_ros.rosbridge.standalone import configured
+from maya_ros.rosbridge.standalone import configured, timer_of
 from maya_un.assembly.stack import Stack
 from maya_un.edges import EndpointOptions, Ros2Options
 from maya_un.http import dates
@@ -51,17 +53,34 @@ async def in_ros2(
     with needed():
         # an extra, and 10 MB that rosbridge does not need
         from maya_ros.ros2.edge import NODE, dds_serving  # noqa: PLC0415
-        from maya_ros.ros2.standard import RobotInterface  # noqa: PLC0415
 
         description = await asyncio.to_thread(urdf.describe, stack.config)
-    robot = RobotInterface(description, stack.controller.preview, lambda: stack.controller.state.joints, scaled)
-    async with graph_guest(bridge, NODE) as guest:
+    async with _counted(bridge, stack) as halts, graph_guest(bridge, NODE) as guest:
+        robot = RobotInterface(description, timer_of(stack), lambda: stack.controller.state.joints, halts, scaled)
         node = bus.node(NODE, lambda: guest.caller)
         try:
             async with dds_serving(node, guest, options, bus.now, robot):
                 yield
         finally:
             node.close()
+
+
+@asynccontextmanager
+async def _counted(bridge: Bridge, stack: Stack) -> AsyncIterator[Halts]:
+    """Yield the count of stops and faults; its listener is added and removed in the loop of the stack."""
+    counting = ExitStack()
+
+    async def begin() -> Halts:
+        return counting.enter_context(Halts.of(stack.controller))
+
+    async def end() -> None:
+        counting.close()
+
+    halts = await bridge.within(begin)
+    try:
+        yield halts
+    finally:
+        await bridge.within(end)
 
 
 @asynccontextmanager

@@ -11,7 +11,7 @@ from random import Random
 import pytest
 
 from maya_ros.graph.bus import Bus, BusNode
-from maya_ros.graph.conversions import primitive_to_message
+from maya_ros.graph.conversions import path_to_message, primitive_to_message
 from maya_ros.graph.events import ReportedEvent, read
 from maya_ros.graph.protocol import GoalStatus, Message
 from maya_ros.graph.servers.controller import ControllerServer
@@ -27,8 +27,9 @@ from maya_un.schema.jobs import QueueMode
 from maya_un.service.access.operations import ROS
 from maya_un.values import Mode, Point
 from tests.campaign import Campaign
+from tests.graphs import timer_of
 from tests.homing_mark import stand_homed
-from tests.virtual_time import elapse
+from tests.virtual_time import elapse, turn
 
 pytestmark = pytest.mark.system
 
@@ -96,7 +97,7 @@ async def graph_stack(*, homed: bool = True) -> AsyncIterator[GraphStack]:
         echo = await held.enter_async_context(echoed(bridge, 1.0))
         queue = GraphQueue(bridge.carry, lambda: echo.view, layers.controller)
         servers = (
-            ("hw_simulator", ControllerServer(ControllerProxy(layers, bridge, echo))),
+            ("hw_simulator", ControllerServer(ControllerProxy(layers, bridge, echo), timer_of(layers.controller))),
             ("robot_controller", RobotServer(RobotProxy(layers, bridge, echo))),
             ("process_controller", ProcessServer(queue)),
         )
@@ -152,6 +153,42 @@ async def test_every_way_moves_the_part(way: str) -> None:
         await WAYS[way](robot)
         await robot.until(robot.moved)
         await robot.until(lambda: robot.stack.robot.holding is False)
+
+
+async def by_move_action(robot: GraphStack) -> None:
+    await robot.client.do("/move", "maya_controller/Move", {"a": 0.5, "b": 1.2, "c": 1.5})
+
+
+async def by_follow(robot: GraphStack) -> None:
+    await robot.client.do("/controller/follow", "maya_controller/Follow", {"trajectory": slow_path(robot)})
+
+
+async def by_path_topic(robot: GraphStack) -> None:
+    robot.publish("/controller/command", "trajectory_msgs/JointTrajectory", slow_path(robot))
+
+
+def slow_path(robot: GraphStack) -> Message:
+    """Return a path of 20 s."""
+    joints = robot.stack.controller.state.joints
+    assert joints is not None
+    return path_to_message([joints, joints._replace(a=joints.a + 0.3)], 20.0)
+
+
+MOTIONS = {**WAYS, "/move": by_move_action, "/controller/follow": by_follow, "/controller/command": by_path_topic}
+
+
+@pytest.mark.parametrize("turns", range(6))
+@pytest.mark.parametrize("way", MOTIONS)
+async def test_nothing_begins_that_was_sent_before_a_stop(way: str, turns: int) -> None:
+    async with graph_stack() as robot:
+        begun = asyncio.ensure_future(MOTIONS[way](robot))
+        for _ in range(1 + turns):
+            await turn()
+        assert (await robot.client.call("/controller/stop", {}))["success"]
+        await elapse(3.0)
+        assert (robot.stack.service.direct.doing, robot.stack.process.running) == ("", None)
+        begun.cancel()
+        await asyncio.gather(begun, return_exceptions=True)
 
 
 def homing(robot: GraphStack) -> Awaitable[None]:

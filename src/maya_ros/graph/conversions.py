@@ -15,7 +15,7 @@ additions to the manual's six commands. `move` has its joints a, b, c in `target
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from typing import Any, Protocol
 
 from dmc41x3.i18n import phrase
@@ -80,10 +80,11 @@ def path_from_message(trajectory: Mapping[str, Any]) -> tuple[Path, float]:
     return Path(space, waypoints, blends if any(blend != SHARP for blend in blends) else ()), _least(points[-1])
 
 
-def speed_for(preview: MotionPreviewer, path: Route, least: float) -> float:
+def speeds_for(preview: MotionPreviewer, path: Route, least: float) -> Generator[None, None, float]:
     """Return about the greatest speed (above 0 up to 1) at which the motion along `path` takes at least `least` [s].
 
-    Raises what `preview` raises, and `TrajectoryRefused` if the motion would have to be slower than possible.
+    It yields between two previews, for `maya_un.workers`. Raises what `preview` raises, and `TrajectoryRefused` if the
+    motion would have to be slower than possible.
     """
     if least <= 0.0:
         return 1.0
@@ -97,9 +98,11 @@ def speed_for(preview: MotionPreviewer, path: Route, least: float) -> float:
             )
             raise TrajectoryRefused(reason=reason)
         fast, speed = speed, max(SLOWEST, _LESS * speed * duration / least)
+        yield
         duration = preview(path, speed=speed).duration
     while speed < fast and duration > _ENOUGH * least and fast > _SAME * speed:
         between = (speed * fast) ** 0.5
+        yield
         found = preview(path, speed=between).duration
         if found < least:
             fast = between

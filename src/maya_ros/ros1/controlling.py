@@ -10,12 +10,15 @@ import rospy
 from maya_ros.graph.permissions import PermittedGraph
 from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.table import POSITION
+from maya_ros.graph.timing import MotionTimer
 from maya_ros.ros1.node import RosNode
 from maya_ros.ros1.rights import rights_of_node
 from maya_un.assembly.controller import ControllerAssembly
 from maya_un.config import Config
 from maya_un.errors import MayaError
 from maya_un.events import Connected, ControllerEvent, Disconnected, Event
+from maya_un.service.computing import Computing
+from maya_un.workers import Workers
 
 _WRITE = {
     logging.DEBUG: rospy.logdebug,
@@ -48,12 +51,13 @@ def fast_enough(config: Config, speed: float) -> Config:
     return config.model_copy(update={"controller": config.controller.model_copy(update={"stream_rate": rate})})
 
 
-async def offered(node: RosNode, layer: ControllerAssembly, *, skip_home: bool) -> None:
+async def offered(node: RosNode, layer: ControllerAssembly, workers: Workers, *, skip_home: bool) -> None:
     """Serve a controller layer on the graph until cancelled; with `skip_home`, take over its stored homing.
 
-    If that is refused, the graph stays up, and motion is refused until a homing.
+    If that is refused, the graph stays up, and motion is refused until a homing. `workers` time motions of clients.
     """
-    server = ControllerServer(layer.controller, address=layer.address, clock=ros_time, speed=node.speed)
+    timer = MotionTimer(layer.controller, Computing(workers))
+    server = ControllerServer(layer.controller, timer, address=layer.address, clock=ros_time, speed=node.speed)
     async with rights_of_node(node.speed) as rights, server.open(PermittedGraph(node.graph, rights.permit)):
         await node.say_ready(f"The controller at {layer.address} is offered to the graph.")
         if skip_home:

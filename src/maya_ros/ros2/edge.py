@@ -23,8 +23,9 @@ from maya_ros.ros2 import types
 from maya_ros.ros2.dds import Counts, DdsGraph, SampleWriter
 from maya_ros.ros2.demand import ReaderDemand
 from maya_ros.ros2.names import quality
+from maya_ros.ros2.robot import RobotInterface
 from maya_ros.ros2.server import ActionServer, ServiceServer, TopicInbox
-from maya_ros.ros2.standard import RobotInterface, StandardInterfaces
+from maya_ros.ros2.standard import StandardInterfaces
 from maya_un.edges import Ros2Options
 from maya_un.errors import MayaError, Ros2NotJoined
 

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 from maya_ros.graph.access import RestrictedGraph
-from maya_ros.graph.conversions import MotionPreviewer
 from maya_ros.graph.protocol import Graph, Message, Stamp, in_seconds
 from maya_ros.graph.table import (
     CLOCK,
@@ -29,10 +27,10 @@ from maya_ros.ros2.demand import ReaderDemand
 from maya_ros.ros2.model import FrameTree
 from maya_ros.ros2.names import PARAMETER_SERVICES, quality
 from maya_ros.ros2.parameters import Parameters
+from maya_ros.ros2.robot import RobotInterface
 from maya_ros.ros2.server import ActionServer, ServiceServer
 from maya_ros.ros2.trajectory import JointTrajectories
 from maya_un.http import log
-from maya_un.values import Joints
 
 _LOGGERS = ("", log.ROOT)
 """The loggers whose messages are published: that of all libraries, and that of the program, which hands nothing up."""
@@ -41,24 +39,6 @@ _own = logging.getLogger("maya_ros")
 
 LONGEST = 4096
 """Longest text of a message in the log [characters]."""
-
-
-async def _at_once() -> None:
-    """Wait for nothing."""
-
-
-class RobotInterface(NamedTuple):
-    """The parts of a robot that are not in the graph: its description (URDF), the check of its motions, and its joints.
-
-    `joints` returns them as they are now, None before homing. `scaled` is whether its clock is not real time. `settled`
-    waits until `joints` shows the end of a motion that has ended.
-    """
-
-    description: str
-    preview: MotionPreviewer
-    joints: Callable[[], Joints | None]
-    scaled: bool
-    settled: Callable[[], Awaitable[None]] = _at_once
 
 
 class StandardInterfaces:
@@ -89,9 +69,7 @@ class StandardInterfaces:
         trajectories = JointTrajectories(
             restricted,
             graph,
-            robot.preview,
-            robot.joints,
-            robot.settled,
+            robot,
             lambda: in_seconds(server.now()),
             partial(restricted.require_action, FOLLOW.name),
         )

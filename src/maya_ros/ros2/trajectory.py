@@ -2,7 +2,8 @@
 
 The whole trajectory is checked before anything moves. The robot follows its path with a law of time of its own, and
 takes at least as long as the last `time_from_start` says. The position that a tolerance refers to is that of the
-trajectory at the same time, straight between its points. A goal whose start is later waits, one at a time.
+trajectory at the same time, straight between its points. A goal whose start is later waits, one at a time. A stop or
+a fault ends a goal that has not begun to move the robot.
 
 A goal that cannot be carried out is aborted and not rejected, because only a result has room for the reason.
 """
@@ -10,16 +11,18 @@ A goal that cannot be carried out is aborted and not rejected, because only a re
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from dmc41x3.i18n import phrase
-from maya_ros.graph.conversions import NAMES, MotionPreviewer, path_from_message, path_to_message
+from maya_ros.graph.conversions import NAMES, path_from_message, path_to_message
 from maya_ros.graph.outcome import error_of, goal_to_its_end
 from maya_ros.graph.protocol import Feedback, GoalResult, GoalStatus, Graph, Message, header, in_seconds, stamp
 from maya_ros.graph.table import FOLLOW, FOLLOW_JOINTS, JOINTS
-from maya_un.errors import Busy, InvalidMessage, MayaError, NotHomed, TrajectoryRefused
+from maya_ros.ros2.robot import RobotInterface
+from maya_un.errors import Busy, InvalidMessage, MayaError, NotHomed, Stopped, TrajectoryRefused
 from maya_un.motion.path import Path, Space
 from maya_un.values import Joints
 
@@ -36,6 +39,8 @@ _LOOK = 0.02
 
 LONGEST_WAIT = 60.0
 """Longest time from a goal to its start [s]."""
+
+_STOPPED = f"{Stopped.code}: A stop or a fault came before the start. Send the goal again if you still need it."
 
 
 class Timetable(NamedTuple):
@@ -65,68 +70,77 @@ class _Violation(NamedTuple):
 
 
 class JointTrajectories:
-    """Carries out goals on `graph`; `own` is the robot's own graph, `now` returns the time of its stamps [s].
+    """Carries out goals of `robot` on `graph`; `own` is its own graph, `now` returns the time of its stamps [s].
 
-    `joints` returns where the robot is now, None before homing; `settled` waits until that shows the end of a motion.
     `permit` raises the reason if programs of ROS 2 may not send goals now.
     """
 
     def __init__(
-        self,
-        graph: Graph,
-        own: Graph,
-        preview: MotionPreviewer,
-        joints: Callable[[], Joints | None],
-        settled: Callable[[], Awaitable[None]],
-        now: Callable[[], float],
-        permit: Callable[[], None],
+        self, graph: Graph, own: Graph, robot: RobotInterface, now: Callable[[], float], permit: Callable[[], None]
     ) -> None:
         self._graph = graph
-        self._preview = preview
-        self._joints = joints
-        self._settled = settled
+        self._timer = robot.timer
+        self._joints = robot.joints
+        self._settled = robot.settled
+        self._halts = robot.halts
         self._now = now
         self._own = own
         self._permit = permit
         self._waiting = False
+        self._following = False
 
     async def carry_out(self, goal: Message, feedback: Feedback) -> GoalResult:
         """Carry out a goal to its end, also after a cancellation."""
+        halts = self._halts.count
         try:
             self._permit()
             table = self._table(goal)
-            self._require_soon(table)
+            with self._place(table):
+                await self._require_fast(table)
+                if table.start and table.start + table.times[-1] < self._now():
+                    return _aborted(OLD_HEADER_TIMESTAMP, "the whole trajectory lies in the past")
+                await self._wait_for_start(table, feedback, halts)
+        except asyncio.CancelledError:
+            return GoalResult(GoalStatus.PREEMPTED, {"error_string": "cancelled before its start"})
+        except Stopped:
+            return _aborted(INVALID_GOAL, _STOPPED)
         except MayaError as error:
             joints = isinstance(error, InvalidMessage) and error.details.get("name") == "joint_names"
             return _aborted(INVALID_JOINTS if joints else INVALID_GOAL, f"{error.code}: {error}")
-        if table.start and table.start + table.times[-1] < self._now():
-            return _aborted(OLD_HEADER_TIMESTAMP, "the whole trajectory lies in the past")
-        try:
-            await self._wait_for_start(table, feedback)
-        except asyncio.CancelledError:
-            return GoalResult(GoalStatus.PREEMPTED, {"error_string": "cancelled before its start"})
-        return await self._follow(table, feedback)
+        return await self._follow(table, feedback, halts)
 
-    def _require_soon(self, table: Timetable) -> None:
-        """Raise `TrajectoryRefused` if the start is too late, and `Busy` if it is later and another goal waits."""
+    @contextmanager
+    def _place(self, table: Timetable) -> Iterator[None]:
+        """Hold the only place for a goal that waits, from its check to its start.
+
+        Raises `TrajectoryRefused` if the start is too late, `Busy` if it is later and another goal waits, or if it is
+        now and the robot follows another goal.
+        """
         wait = table.start - self._now()
         if wait > LONGEST_WAIT:
             raise TrajectoryRefused(reason=phrase("it must start within {most:g} s from now", most=LONGEST_WAIT))
-        if wait > 0.0 and self._waiting:
-            raise Busy(doing=FOLLOW_JOINTS.name)
-
-    async def _wait_for_start(self, table: Timetable, feedback: Feedback) -> None:
-        if self._now() >= table.start:
+        if wait <= 0.0:
+            if self._following:
+                raise Busy(doing=FOLLOW_JOINTS.name)
+            yield
             return
+        if self._waiting:
+            raise Busy(doing=FOLLOW_JOINTS.name)
         self._waiting = True
         try:
-            while self._now() < table.start:
-                feedback(self._told(table, 0.0))
-                await asyncio.sleep(_LOOK)
+            yield
         finally:
             self._waiting = False
 
-    async def _follow(self, table: Timetable, feedback: Feedback) -> GoalResult:
+    async def _wait_for_start(self, table: Timetable, feedback: Feedback, halts: int) -> None:
+        """Wait until the robot is to begin; raises `Stopped` if a stop or a fault came since `halts`."""
+        self._halts.require(halts)
+        while self._now() < table.start:
+            feedback(self._told(table, 0.0))
+            await asyncio.sleep(_LOOK)
+            self._halts.require(halts)
+
+    async def _follow(self, table: Timetable, feedback: Feedback, halts: int) -> GoalResult:
         task = asyncio.current_task()
         assert task is not None
         begun: list[float] = []
@@ -141,18 +155,25 @@ class JointTrajectories:
         def told(_: Message) -> None:
             if not begun:
                 begun.append(self._now())
+                if self._halts.count != halts and not found:  # it came while the goal was on its way to the robot
+                    found.append(_Violation(INVALID_GOAL, _STOPPED))
+                    task.cancel()
             feedback(self._told(table, self._now() - begun[0]))
 
         states = self._own.subscribe(JOINTS.name, JOINTS.type, look, queue_size=1)
+        self._following = True
         try:
             message = path_to_message(Path.joints(*table.places), table.times[-1])
             ended = await goal_to_its_end(self._graph, FOLLOW.name, FOLLOW.type, {"trajectory": message}, told)
         except MayaError as error:
             return _aborted(INVALID_GOAL, f"{error.code}: {error}")
         finally:
+            self._following = False
             states.close()
         if found:
             return _aborted(*found[0])
+        if not begun and isinstance(error_of(ended.result, FOLLOW.name), Stopped):
+            return _aborted(INVALID_GOAL, _STOPPED)
         try:
             await self._settled()
         except asyncio.CancelledError:
@@ -193,7 +214,7 @@ class JointTrajectories:
         }
 
     def _table(self, goal: Message) -> Timetable:
-        """Check a goal. Raises `InvalidMessage`, `InvalidValue`, `TrajectoryRefused`, `NotHomed`, `Unreachable`."""
+        """Return what a goal wants; raises `InvalidMessage`, `InvalidValue`, `TrajectoryRefused`, `NotHomed`."""
         joints = self._joints()
         if joints is None:
             raise NotHomed(command="maya home")
@@ -212,7 +233,7 @@ class JointTrajectories:
             here: Message = {"positions": [joints["abc".index(name)] for name in names], "effort": []}
             points, times = [here, *points], (0.0, *times)
         path, _ = path_from_message({"joint_names": names, "points": points})
-        table = Timetable(
+        return Timetable(
             times,
             tuple(Joints(*point) for point in path.waypoints),
             in_seconds(trajectory["header"]["stamp"]),
@@ -220,12 +241,14 @@ class JointTrajectories:
             _tolerances(goal["goal_tolerance"], "goal_tolerance"),
             max(0.0, in_seconds(goal["goal_time_tolerance"])),
         )
-        shortest = self._preview(path).duration
-        if table.goal_time and shortest > times[-1] + table.goal_time:
+
+    async def _require_fast(self, table: Timetable) -> None:
+        """Check the whole path; raises the errors of its motion, and `TrajectoryRefused` if that takes too long."""
+        shortest = await self._timer.duration(Path.joints(*table.places))
+        if table.goal_time and shortest > table.times[-1] + table.goal_time:
             reason = phrase("it is to take {wanted:.1f} s, and the robot needs {shortest:.1f} s",
-                            wanted=times[-1] + table.goal_time, shortest=shortest)  # fmt: skip
+                            wanted=table.times[-1] + table.goal_time, shortest=shortest)  # fmt: skip
             raise TrajectoryRefused(reason=reason)
-        return table
 
 
 def _require_supported(goal: Message) -> None:

@@ -21,6 +21,7 @@ from maya_ros.graph.servers.sensors import SensorServer
 from maya_ros.graph.servers.steps import TaskServer
 from maya_ros.graph.servers.tasks import Clock
 from maya_ros.graph.table import POSITION
+from maya_ros.graph.timing import MotionTimer
 from maya_ros.rosbridge.endpoint import NODE, Endpoint
 from maya_ros.rosbridge.thread_proxy import ControllerProxy, RobotProxy, StackEvents, echoed
 from maya_un.assembly.stack import Stack
@@ -71,12 +72,17 @@ def _servers(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tup
     hardware, sensor = ("hw_simulator",) * 2 if stack.address == SIM else ("hardware_interface", "sensor_converter")
     queue = GraphQueue(bridge.carry, lambda: echo.view, stack.controller)
     return (
-        (hardware, ControllerServer(layer, address=stack.address, clock=now)),
+        (hardware, ControllerServer(layer, timer_of(stack), address=stack.address, clock=now)),
         (sensor, SensorServer(layer, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
         ("robot_controller", RobotServer(RobotProxy(stack, bridge, echo), clock=now)),
         ("process_controller", ProcessServer(queue, clock=now)),
         ("process_controller", OperationServer(InternalApp(bridge))),
     )
+
+
+def timer_of(stack: Stack) -> MotionTimer:
+    """Return the timer of a stack's motions; it takes requests from any loop."""
+    return MotionTimer(stack.controller, stack.service.previews.computing)
 
 
 async def _open(held: AsyncExitStack, bus: Bus, name: str, server: _LayerServer) -> None:

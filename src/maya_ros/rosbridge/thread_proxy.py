@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 from maya_ros.graph.permissions import caller
 from maya_ros.graph.table import POSITION
 from maya_un.assembly.stack import Stack
-from maya_un.controller.protocol import Preview
+from maya_un.errors import Stopped
 from maya_un.events import Listener
 from maya_un.http.bridge import Bridge
 from maya_un.http.stream.hub import Batch, StreamSource
@@ -82,6 +82,18 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
         await asyncio.gather(tapping, return_exceptions=True)
 
 
+def unless_stopped(stack: Stack, work: Work[T]) -> Work[T]:
+    """Return `work`, which raises `Stopped` if a stop overtakes it on its way to the loop of the stack."""
+    stops = stack.controller.stops
+
+    async def carried_out(service: Service) -> T:
+        if stack.controller.stops != stops:
+            raise Stopped
+        return await work(service)
+
+    return carried_out
+
+
 class ControllerProxy:
     """The controller layer, for its server and for that of the sensors."""
 
@@ -100,6 +112,11 @@ class ControllerProxy:
         """The workspace; its strokes are the measured ones once the robot is homed."""
         return self._stack.controller.workspace
 
+    @property
+    def stops(self) -> int:
+        """Number of stops and aborts so far."""
+        return self._stack.controller.stops
+
     async def watch(self) -> AsyncIterator[State]:
         """Yield the state now and newer ones, checked twice as often as positions are published."""
         shown: State | None = None
@@ -113,10 +130,6 @@ class ControllerProxy:
     def progress(self) -> Progress | None:
         """Progress of the motion under way, None at rest."""
         return self.state.progress
-
-    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check `path` and return the preview of the motion."""
-        return self._stack.controller.preview(path, speed=speed)
 
     async def home(self) -> None:
         """Find the switches."""
@@ -163,6 +176,8 @@ class ControllerProxy:
         await self._call(Operation.SPEED, lambda service: service.speed(ratio), f"{ratio}")
 
     async def _call(self, operation: Operation, work: Work[T], subject: str = "") -> T:
+        if operation is Operation.COMMAND:
+            work = unless_stopped(self._stack, work)
         return await self._bridge.carry(caller(), operation, work, subject)
 
 
@@ -198,6 +213,7 @@ class RobotProxy:
             if on_phase is not None:
                 loop.call_soon_threadsafe(on_phase, phase)
 
-        await self._bridge.carry(
-            caller(), Operation.COMMAND, lambda service: service.direct.primitive(primitive, told), primitive.command
-        )
+        async def work(service: Service) -> None:
+            await service.direct.primitive(primitive, told)
+
+        await self._bridge.carry(caller(), Operation.COMMAND, unless_stopped(self._stack, work), primitive.command)

@@ -512,11 +512,11 @@ class GalilController:
 
     def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
         """Check and time `path` as a motion would; raises the errors of that motion, sends nothing."""
-        return self._planner.preview(self.workspace, path, self._allowed(speed))
+        return self._planner.preview(self.workspace, path, self.allowed(speed))
 
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
         """Return the details of the motion along `path`, None if the path has no length; raises as `preview` does."""
-        return self._planner.inspect(self.workspace, path, self._allowed(speed), samples)
+        return self._planner.inspect(self.workspace, path, self.allowed(speed), samples)
 
     async def _travel(self, name: str, way: _Way, speed: float, on_via: OnVia | None = None) -> None:
         async with self._motion(name, homed=True) as (command, driver):
@@ -547,10 +547,10 @@ class GalilController:
         return plan if here == known else await self._plan(command, way, here, speed)
 
     async def _plan(self, command: RunningCommand, way: _Way, here: Joints, speed: float) -> MotionPlan:
-        speed = self._allowed(speed)
+        speed = self.allowed(speed)
         return await self._planning.plan(command, self.workspace, await way(command, here), speed)
 
-    def _allowed(self, speed: float) -> float:
+    def allowed(self, speed: float) -> float:
         """Return the share of the speeds with which a motion may run that was requested with `speed`."""
         return max(LEAST_SPEED, speed * datum.SPEED) if self._monitor.uncertain and speed > 0.0 else speed
 

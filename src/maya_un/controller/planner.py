@@ -149,13 +149,7 @@ class Planner:
     @staticmethod
     def _path(route: Route) -> Path:
         path = route if isinstance(route, Path) else Path.joints(*route)
-        if len(path.waypoints) > MOST_SEGMENTS:
-            reason = phrase(
-                "it has {count} points, the controller's buffer holds {most} segments",
-                count=len(path.waypoints),
-                most=MOST_SEGMENTS,
-            )
-            raise TrajectoryRefused(reason=reason)
+        require_size(path)
         return path
 
     @staticmethod
@@ -238,6 +232,17 @@ class Planner:
             end=planned.end,
             vias=() if planned.move is None else planned.move.via_times(),
         )
+
+
+def require_size(path: Path) -> None:
+    """Raise `TrajectoryRefused` for a path with more points than the controller can hold."""
+    if len(path.waypoints) > MOST_SEGMENTS:
+        reason = phrase(
+            "it has {count} points, the controller's buffer holds {most} segments",
+            count=len(path.waypoints),
+            most=MOST_SEGMENTS,
+        )
+        raise TrajectoryRefused(reason=reason)
 
 
 def _text(path: Path) -> str:

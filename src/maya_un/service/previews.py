@@ -51,7 +51,7 @@ class PreviewService:
         self._foresight = foresight
         self._start = start
         self._grasp_height = config.cell.grasp_height
-        self._computing = Computing(workers)
+        self.computing = Computing(workers)
 
     async def preview(self, job: object, *, from_homed: bool = False, by: Caller = LOCAL) -> bytes:
         """Return a `JobPreview` as JSON, of a job as `computation.parsed` reads it.
@@ -59,10 +59,10 @@ class PreviewService:
         It starts at the position of the robot, or at the end of homing.
         """
         start = self._start(from_homed)
-        if self._computing.workers is None:
+        if self.computing.workers is None:
             return to_json(await self._foresight.preview(computation.parsed(job), start))
         course = self._foresight.course(start)
-        return await self._computing.pieces(
+        return await self.computing.pieces(
             by, preview, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, course
         )
 
@@ -73,32 +73,32 @@ class PreviewService:
         """
         require_samples(samples)
         start = self._start(from_homed)
-        if self._computing.workers is None:
+        if self.computing.workers is None:
             return to_json(await self._foresight.inspect(computation.parsed(job), start, samples))
         course = self._foresight.course(start)
-        return await self._computing.pieces(
+        return await self.computing.pieces(
             by, inspect, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, course, samples
         )
 
     async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:
         """Return a JSON object that is too long to parse in a loop; raises `InvalidRequest`."""
-        if self._computing.workers is None:
+        if self.computing.workers is None:
             return computation.decode_object(body)
-        return (await self._computing.workers.run(computation.decoded, body, whose=f"read {whose}")).value
+        return (await self.computing.workers.run(computation.decoded, body, whose=f"read {whose}")).value
 
     async def parse(self, request: bytes | Mapping[str, Any], by: Caller = LOCAL) -> ParsedJob:
         """Return the job in the `text` of a request, or its first mistake; raises `InvalidRequest`."""
-        return await self._computing.value(by, computation.read_text, request)
+        return await self.computing.value(by, computation.read_text, request)
 
     async def format(self, job: object, by: Caller = LOCAL) -> JobText:
         """Return a job as YAML; raises `InvalidJob`, `InvalidRequest`."""
-        return await self._computing.value(by, computation.write_text, job)
+        return await self.computing.value(by, computation.write_text, job)
 
     async def examples(self, by: Caller = LOCAL) -> list[ExampleJob]:
         """Return the example jobs, in the order of their names."""
         from maya_un.process.spec.examples import example_jobs  # noqa: PLC0415 - it loads yaml
 
-        return await self._computing.value(by, example_jobs)
+        return await self.computing.value(by, example_jobs)
 
     async def reach(self, point: Point, by: Caller = LOCAL) -> Reach:
         """Return whether `point` [m] can be reached; if not, the reason and the nearest reachable point."""
@@ -121,7 +121,7 @@ class PreviewService:
         return await self._asked(by, ik, point)
 
     async def _asked(self, by: Caller, work: Work[..., T], *args: object) -> T:
-        return await self._computing.value(by, work, self._controller.workspace, *args)
+        return await self.computing.value(by, work, self._controller.workspace, *args)
 
 
 def require_samples(samples: int) -> None:

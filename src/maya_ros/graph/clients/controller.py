@@ -250,6 +250,10 @@ class GraphController:
         """Check and time `path` as the layer does; raises what the motion would raise, sends nothing."""
         return self._planner.preview(self.workspace, path, speed)
 
+    def allowed(self, speed: float) -> float:
+        """Return `speed`: no topic reports that the robot may only move slowly."""
+        return speed
+
     def inspect(self, path: Route, *, speed: float = 1.0, samples: int = 200) -> Inspection | None:
         """Return the details of the motion along `path`, None if nothing moves; raises as `preview` does."""
         return self._planner.inspect(self.workspace, path, speed, samples)

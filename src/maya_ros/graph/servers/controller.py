@@ -12,8 +12,9 @@ from dataclasses import asdict
 from typing import Protocol
 
 from maya_ros.graph import diagnostics
-from maya_ros.graph.conversions import joints_of, path_from_message, speed_for
+from maya_ros.graph.conversions import joints_of, path_from_message
 from maya_ros.graph.events import ControllerView, EventPublisher, EventSource
+from maya_ros.graph.halts import Halts
 from maya_ros.graph.outcome import trigger_failure
 from maya_ros.graph.protocol import Feedback, Graph, GraphHandle, Message
 from maya_ros.graph.servers.tasks import (
@@ -43,7 +44,7 @@ from maya_ros.graph.table import (
     STOP,
     Row,
 )
-from maya_un.controller.protocol import Preview
+from maya_ros.graph.timing import MotionTimer
 from maya_un.errors import MayaError
 from maya_un.events import MotionStopped
 from maya_un.motion.path import Route
@@ -61,12 +62,13 @@ class ControllerLayer(ControllerView, Protocol):
         """The source of its events."""
         ...
 
-    def progress(self) -> Progress | None:
-        """Progress of the motion under way, None at rest."""
+    @property
+    def stops(self) -> int:
+        """Number of stops and aborts so far."""
         ...
 
-    def preview(self, path: Route, *, speed: float = 1.0) -> Preview:
-        """Check `path` and return the preview of the motion; sends nothing."""
+    def progress(self) -> Progress | None:
+        """Progress of the motion under way, None at rest."""
         ...
 
     async def home(self) -> None:
@@ -117,13 +119,21 @@ class ControllerLayer(ControllerView, Protocol):
 class ControllerServer:
     """Serves a controller layer; `address` is shown in /diagnostics, `speed` is how fast the loop's clock runs.
 
-    `clock` returns the time for message stamps [s], by default the loop's.
+    `timer` times its motions. `clock` returns the time for message stamps [s], by default the loop's.
     """
 
     def __init__(
-        self, layer: ControllerLayer, *, address: str = "", clock: Clock | None = None, speed: float = 1.0
+        self,
+        layer: ControllerLayer,
+        timer: MotionTimer,
+        *,
+        address: str = "",
+        clock: Clock | None = None,
+        speed: float = 1.0,
     ) -> None:
         self._layer = layer
+        self._timer = timer
+        self._halts = Halts(layer)
         self._address = address
         self._clock = clock_or_loop(clock)
         self._speed = max(1.0, speed)
@@ -136,7 +146,7 @@ class ControllerServer:
         events = graph.advertise(EVENT.name, EVENT.type, latch=EVENT.latch, queue_size=EVENT.queue_size)
         teller = EventPublisher(self._layer, events)
         async with tasks() as working:
-            with self._layer.events.listening(teller.hear):
+            with self._layer.events.listening(teller.hear), self._layer.events.listening(self._halts.hear):
                 held = [
                     *self._actions(graph, teller),
                     *self._services(graph, teller),
@@ -258,8 +268,12 @@ class ControllerServer:
         ]
 
     async def _follow(self, trajectory: Message) -> None:
+        """Follow a path; raises `Stopped` if a stop or a fault comes while its speed is computed."""
         path, least = path_from_message(trajectory)
-        await self._layer.follow(path, speed=speed_for(self._layer.preview, path, least))
+        halts = self._halts.count
+        speed = await self._timer.speed_for(path, least)
+        self._halts.require(halts)
+        await self._layer.follow(path, speed=speed)
 
     def _course(self, feedback: Feedback) -> ActionProgress:
         return ActionProgress(feedback, lambda _: self._now(), ticks=True, speed=self._speed)

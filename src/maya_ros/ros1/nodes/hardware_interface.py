@@ -37,4 +37,4 @@ async def serve(node: RosNode) -> None:
                 heard=lambda events: events.heard_by(log_event),
                 workers=staff.own,
             ) as layer:
-                await offered(node, layer, skip_home=await node.flag("skip_home"))
+                await offered(node, layer, staff.people, skip_home=await node.flag("skip_home"))

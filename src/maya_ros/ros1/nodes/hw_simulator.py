@@ -48,4 +48,4 @@ async def serve(node: RosNode) -> None:
                     serve_inspection(node.graph, layer.twin)
                 sensors = SensorServer(layer.controller, config, scene=layer.twin, clock=ros_time, speed=node.speed)
                 async with sensors.open(node.graph):
-                    await offered(node, layer, skip_home=await node.flag("skip_home"))
+                    await offered(node, layer, staff.people, skip_home=await node.flag("skip_home"))

@@ -15,15 +15,20 @@ from contextlib import suppress
 
 from maya_ros.graph import urdf
 from maya_ros.graph.clients.controller import GraphController
+from maya_ros.graph.halts import Halts
 from maya_ros.graph.protocol import Stamp, stamp
+from maya_ros.graph.timing import MotionTimer
 from maya_ros.ros1.configuration import awaited
 from maya_ros.ros1.controlling import ros_time
 from maya_ros.ros1.node import RosNode, run
 from maya_ros.ros1.rights import graph_guest, looked
 from maya_ros.ros2 import needed
+from maya_ros.ros2.robot import RobotInterface
+from maya_un.assembly.staff import staffed
 from maya_un.edges import DOMAIN, Ros2Options, ros2_domain, ros2_namespace
 from maya_un.errors import MasterGone
 from maya_un.namespace import namespace
+from maya_un.service.computing import Computing
 
 LOOK = 1.0
 """Period of the look for nodes that have come [s]."""
@@ -39,7 +44,6 @@ async def serve(node: RosNode) -> None:
     with needed():
         # an extra
         from maya_ros.ros2.edge import NODE, dds_serving  # noqa: PLC0415
-        from maya_ros.ros2.standard import RobotInterface  # noqa: PLC0415
     options = await _options(node)
     waiting = "Waiting for the controller layer (hw_simulator or hardware_interface)."
     config = await awaited(node.graph.parameters, waiting=lambda: node.say(waiting))
@@ -50,19 +54,21 @@ async def serve(node: RosNode) -> None:
         graph_guest(users, NODE) as guest,
         GraphController.on(node.graph, config) as controller,
     ):
-        robot = RobotInterface(
-            description,
-            controller.preview,
-            lambda: controller.state.joints,
-            scaled=False,
-            settled=controller.settled,
-        )
-        async with dds_serving(node.graph, guest, options, _now, robot) as edge:
-            node.say(f"This graph is in domain {options.domain} of ROS 2.")
-            while True:
-                await asyncio.sleep(LOOK)
-                with suppress(MasterGone):
-                    await edge.look()
+        with staffed(config) as staff, Halts.of(controller) as halts:
+            robot = RobotInterface(
+                description,
+                MotionTimer(controller, Computing(staff.people)),
+                lambda: controller.state.joints,
+                halts,
+                scaled=False,
+                settled=controller.settled,
+            )
+            async with dds_serving(node.graph, guest, options, _now, robot) as edge:
+                node.say(f"This graph is in domain {options.domain} of ROS 2.")
+                while True:
+                    await asyncio.sleep(LOOK)
+                    with suppress(MasterGone):
+                        await edge.look()
 
 
 async def _options(node: RosNode) -> Ros2Options:

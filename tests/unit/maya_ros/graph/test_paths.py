@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_ros.graph import types
-from maya_ros.graph.conversions import SLOWEST, path_from_message, path_to_message, speed_for
+from maya_ros.graph.conversions import SLOWEST, MotionPreviewer, path_from_message, path_to_message, speeds_for
 from maya_ros.graph.protocol import Message
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
@@ -104,6 +104,15 @@ WAY = [HOME, HOME._replace(a=0.5)]
 
 def preview(path: Route, *, speed: float = 1.0) -> Preview:
     return PLANNER.preview(WORKSPACE, path, speed)
+
+
+def speed_for(preview: MotionPreviewer, path: Route, least: float) -> float:
+    steps = speeds_for(preview, path, least)
+    while True:
+        try:
+            next(steps)
+        except StopIteration as end:
+            return end.value
 
 
 def test_without_a_time_it_goes_as_fast_as_it_may() -> None:

@@ -7,6 +7,7 @@ import json
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
+from typing import cast
 
 import pytest
 
@@ -17,6 +18,7 @@ from maya_ros.graph.events import EventPublisher, ReportedEvent, read
 from maya_ros.graph.protocol import GoalStatus, Message
 from maya_ros.graph.servers.controller import ControllerServer
 from maya_ros.graph.servers.tasks import FEEDBACK_RATE
+from maya_ros.graph.timing import MotionTimer
 from maya_un.config import Config
 from maya_un.controller.controller import GalilController
 from maya_un.controller.homing import homed_pose
@@ -27,6 +29,7 @@ from maya_un.testing.faults import abort_input
 from maya_un.testing.rig import rig
 from maya_un.values import Joints, Mode, State
 from tests.calm import CALM
+from tests.graphs import timer_of
 from tests.homing_mark import take_over
 from tests.virtual_time import elapse, turn
 
@@ -85,7 +88,7 @@ class Behind:
 
 
 @asynccontextmanager
-async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Behind]:
+async def behind(*, live: bool = False, homed: bool = False, timer: MotionTimer | None = None) -> AsyncIterator[Behind]:
     """Put a controller behind its server; a `homed` one is at the pose where homing ends."""
     bus = Bus()
     client = bus.node("somebody")
@@ -93,7 +96,9 @@ async def behind(*, live: bool = False, homed: bool = False) -> AsyncIterator[Be
     async with rig(CALM, start=StartPose(*place) if homed else None, live=live) as layer:
         if homed:
             await take_over(layer.controller, layer.virtual, place)
-        async with ControllerServer(layer.controller, address="twin").open(bus.node("hw_simulator")):
+        async with ControllerServer(layer.controller, timer or timer_of(layer.controller), address="twin").open(
+            bus.node("hw_simulator")
+        ):
             seen = Behind(layer.controller, layer.virtual, bus, client)
             client.subscribe("/maya_event", "std_msgs/String", lambda event: seen.told.append(read(event["data"])))
             await elapse(0.01)
@@ -205,7 +210,7 @@ async def test_closing_server_stops_the_motion() -> None:
         await layer.controller.home()
         bus = Bus()
         client = bus.node("somebody")
-        async with ControllerServer(layer.controller).open(bus.node("hw_simulator")):
+        async with ControllerServer(layer.controller, timer_of(layer.controller)).open(bus.node("hw_simulator")):
             task = asyncio.ensure_future(client.do("/move", "maya_controller/Move", AWAY._asdict()))
             await elapse(2.0)
             assert layer.controller.state.mode is Mode.MOVING
@@ -227,6 +232,40 @@ async def test_a_path_is_followed_in_every_space_and_takes_the_time_it_is_to_tak
         assert ended.outcome is GoalStatus.SUCCEEDED
         assert least <= asyncio.get_running_loop().time() - before < 1.1 * least
         assert layer.controller.state.point == pytest.approx(there, abs=1e-3)
+
+
+class SlowTimer:
+    """Computes the speed of a path as long as a test wants."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+        self.computed = asyncio.Event()
+
+    async def speed_for(self, _path: Path, _least: float) -> float:
+        self.asked += 1
+        await self.computed.wait()
+        return 1.0
+
+
+@pytest.mark.parametrize("fault", [False, True])
+async def test_a_stop_or_a_fault_while_a_speed_is_computed_ends_the_motion(*, fault: bool) -> None:
+    timer = SlowTimer()
+    async with behind(homed=True, live=True, timer=cast("MotionTimer", timer)) as layer:
+        goal = {"trajectory": path_to_message([HOMED, AWAY], 30.0)}
+        task = asyncio.ensure_future(layer.client.do("/controller/follow", "maya_controller/Follow", goal))
+        await elapse(0.1)
+        assert timer.asked == 1
+        assert await layer.move(NEAR) == (GoalStatus.REJECTED, "2104")
+        if fault:
+            with abort_input(layer.virtual):
+                await elapse(0.5)
+            assert (await layer.trigger("/controller/recover"))["success"]
+        else:
+            assert (await layer.trigger("/controller/stop"))["success"]
+        timer.computed.set()
+        ended = await task
+        assert (ended.outcome, ended.result["code"]) == (GoalStatus.RECALLED, "2201")
+        assert "moving" not in layer.words
 
 
 async def test_a_path_that_starts_elsewhere_is_refused() -> None:
