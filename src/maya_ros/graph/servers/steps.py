@@ -35,6 +35,7 @@ from maya_un.errors import (
     StepOfOtherRobot,
     StorageFailed,
 )
+from maya_un.events import EmergencyStopped, FaultEntered, LimitHit, MotionStopped
 from maya_un.service.access.operations import Operation
 from maya_un.steps.command import StepCommand, step_of
 from maya_un.steps.store import StepStore, StoredStep
@@ -59,7 +60,7 @@ _MOST_UNSTORED = 1000
 _LOOK = 0.5
 """Period of the check for subscribers to results [s]."""
 
-_STOPS = frozenset({"stopped", "fault", "estop"})
+_STOPS = frozenset(event.word for event in (MotionStopped, LimitHit, FaultEntered, EmergencyStopped))
 """Events of the robot after which no waiting step may begin."""
 
 Do = Callable[[Message], Awaitable[GoalResult]]

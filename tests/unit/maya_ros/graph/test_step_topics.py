@@ -128,7 +128,7 @@ async def test_end_of_the_bridge_stops_its_step_and_reports_it(tmp_path: Path) -
     assert cloud.results[0]["code"] != INTERRUPTED
 
 
-@pytest.mark.parametrize("word", ["stopped", "fault", "estop"])
+@pytest.mark.parametrize("word", ["stopped", "limit", "fault", "estop"])
 async def test_after_a_stop_between_steps_no_step_begins_that_waits(word: str, tmp_path: Path) -> None:
     cloud = Cloud(Bus())
     cloud.robot()
