@@ -143,8 +143,8 @@ class SharedGuest(Guest):
         name = _field(request, "operation")
         if not isinstance(name, str):
             raise InvalidRequest(key="operation", reason="it must be a text")
-        if name in _STOPS:  # a stop does not wait for the others to be known
-            return _STOPS[name]
+        if name in STOPS:  # a stop does not wait for the others to be known
+            return STOPS[name]
         operation_named(name)
         if name == "take_lease" and _arguments(request).get("force"):
             return Operation.BREAK
@@ -159,7 +159,7 @@ class SharedGuest(Guest):
         return next((end for end in ends if asks(end) is not Operation.GRAPH), name)
 
 
-_STOPS: Mapping[str, Operation] = {"stop": Operation.STOP, "abort": Operation.ABORT}
+STOPS: Mapping[str, Operation] = {"stop": Operation.STOP, "abort": Operation.ABORT}
 """The operations of /call_operation that stop the robot."""
 
 _FOR_ANOTHER: Mapping[Operation, Operation] = {

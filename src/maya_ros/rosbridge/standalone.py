@@ -76,7 +76,7 @@ def _servers(stack: Stack, bridge: Bridge, echo: StackEvents, now: Clock) -> tup
         (sensor, SensorServer(layer, stack.config, raw=lambda: stack.controller.record, scene=stack.twin, clock=now)),
         ("robot_controller", RobotServer(RobotProxy(stack, bridge, echo), clock=now)),
         ("process_controller", ProcessServer(queue, clock=now)),
-        ("process_controller", OperationServer(InternalApp(bridge))),
+        ("process_controller", OperationServer(InternalApp(bridge), lambda: layer.stops)),
     )
 
 

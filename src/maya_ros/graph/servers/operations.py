@@ -7,12 +7,13 @@ the call within this process, without a socket.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, Mapping
+from collections.abc import AsyncGenerator, Callable, Mapping
 from contextlib import asynccontextmanager
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Protocol
 
 from dmc41x3.i18n import phrase
+from maya_ros.graph.access import STOPS
 from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.servers.process import Asker, sender
@@ -20,7 +21,7 @@ from maya_ros.graph.table import CALL_OPERATION
 from maya_un.client.operations import request_of
 from maya_un.client.request import Request
 from maya_un.client.transport import ServiceAddress, encoded, refusal
-from maya_un.errors import InvalidRequest, MayaError
+from maya_un.errors import InvalidRequest, MayaError, Stopped
 from maya_un.http.internal import InternalRequest, answered
 from maya_un.process.spec.json_object import decode_object
 from maya_un.service.access.operations import Caller
@@ -39,6 +40,10 @@ _SOURCE = ("127.0.0.1", 0)
 class OperationApp(Protocol):
     """Answers requests of operations."""
 
+    async def ready(self) -> None:
+        """Wait until requests are answered at once."""
+        ...
+
     async def ask(self, request: Request[Any], caller: Caller) -> str:
         """Return the answer as JSON, "" for none; raises the error of the operation."""
         ...
@@ -51,11 +56,18 @@ class InternalApp:
         self._bridge = bridge
         self._app: asyncio.Future[ASGIApp] | None = None
 
-    async def ask(self, request: Request[Any], caller: Caller) -> str:
-        """Return the answer as JSON, "" for none; raises the error of the operation."""
+    async def ready(self) -> None:
+        """Wait until there is an application."""
+        await self._found()
+
+    async def _found(self) -> ASGIApp:
         if self._app is None or (self._app.done() and self._app.exception() is not None):
             self._app = asyncio.get_running_loop().run_in_executor(None, _app_of, self._bridge)
-        app = await asyncio.shield(self._app)
+        return await asyncio.shield(self._app)
+
+    async def ask(self, request: Request[Any], caller: Caller) -> str:
+        """Return the answer as JSON, "" for none; raises the error of the operation."""
+        app = await self._found()
         sent = encoded(request, ServiceAddress(""), caller.lease)
         headers = {**sent.headers, "Host": "localhost"}
         asked = InternalRequest(request.method, sent.url, headers, sent.content)
@@ -74,10 +86,14 @@ def _app_of(bridge: Bridge) -> ASGIApp:
 
 
 class OperationServer:
-    """Serves /call_operation on a graph; `who` returns the caller, by default the sender of the message."""
+    """Serves /call_operation on a graph; `who` returns the caller, by default the sender of the message.
 
-    def __init__(self, app: OperationApp, who: Asker = sender) -> None:
+    `stops` returns the number of stops of the robot so far.
+    """
+
+    def __init__(self, app: OperationApp, stops: Callable[[], int], who: Asker = sender) -> None:
         self._app = app
+        self._stops = stops
         self._who = who
 
     @asynccontextmanager
@@ -90,9 +106,14 @@ class OperationServer:
             served.close()
 
     async def _answer(self, message: Message) -> Message:
+        stops = self._stops()
         try:
             request = request_of(message["operation"], _parameters(message["arguments"]))
-            result = await self._app.ask(request, await self._who())
+            await self._app.ready()
+            by = await self._who()
+            if self._stops() != stops and message["operation"] not in STOPS:
+                raise Stopped
+            result = await self._app.ask(request, by)
         except MayaError as error:
             return {**failure(error), "result": ""}
         return {**success(), "result": result}

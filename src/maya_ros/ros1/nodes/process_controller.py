@@ -60,7 +60,7 @@ async def serve(node: RosNode) -> None:
             app = create_app(bridge, None, metrics)
             queue = GraphQueue(layer.gate.call, layer.service.queue.view, controller, rights.who)
             server = ProcessServer(queue, clock=ros_time, speed=node.speed)
-            operations = OperationServer(InternalApp(bridge), rights.who)
+            operations = OperationServer(InternalApp(bridge), lambda: controller.stops, rights.who)
             async with (
                 served(app, near) as url,
                 _timed(metrics, node.speed),

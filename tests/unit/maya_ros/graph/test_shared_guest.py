@@ -61,6 +61,9 @@ class Users:
 class App:
     """Answers every operation, as the graph's user."""
 
+    async def ready(self) -> None:
+        """Be ready."""
+
     async def ask(self, request: Request[Any], caller: Caller) -> str:
         """Return who did it."""
         return json.dumps([request.path, caller.name])
@@ -95,7 +98,7 @@ async def seated(role: Role | None, lease: str = "") -> AsyncIterator[Restricted
         robot.serve(space + STOP.name, STOP.type, stop)
     robot.serve("/camera/stop", STOP.type, stop)
     robot.serve(OTHER + CALL_OPERATION.name, CALL_OPERATION.type, answered)
-    async with OperationServer(App(), who).open(robot):
+    async with OperationServer(App(), lambda: 0, who).open(robot):
         yield RestrictedGraph(bus.node("rosbridge"), guest)
     robot.close()
 
