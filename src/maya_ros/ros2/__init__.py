@@ -4,6 +4,7 @@ names   names and qualities     types   the ROS 2 form of every type of the grap
 dds     nodes, endpoints and discovery, as rmw_cyclonedds makes them
 edge    topics, services and actions of one robot
 demand  subscriptions that last as long as somebody reads
+robot   what the standard interfaces need of a robot beside its graph
 """
 
 from __future__ import annotations
