@@ -6,6 +6,7 @@ import asyncio
 
 from maya_ros.graph.clients.controller import GraphController
 from maya_ros.graph.conversions import primitive_to_message
+from maya_ros.graph.halts import Halts
 from maya_ros.graph.outcome import cancel_on_stop, run_action
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import TASK
@@ -17,7 +18,7 @@ from maya_un.robot.primitives import Primitive
 from maya_un.robot.primitives.gripper import Gripper
 from maya_un.robot.primitives.pick import Pick
 from maya_un.robot.robot import OnPhase, PlanningRobot
-from maya_un.values import GripperState
+from maya_un.values import GripperState, Mode
 
 AGAIN = 0.2
 """Period of retries while another client's command is under way [s, real time]."""
@@ -28,7 +29,7 @@ class GraphRobot(PlanningRobot):
 
     A preview is computed here by the planning of the layer itself, from the pose that `controller` reports. The layer
     executes the primitive. If the layer is gone, `NodeGone` is raised. If another client's primitive is under way,
-    `run` waits for its end; `speed` is how fast the loop's clock runs.
+    `run` waits for its end, and ends with it if a fault comes; `speed` is how fast the loop's clock runs.
     """
 
     def __init__(self, graph: Graph, controller: GraphController, config: Config, *, speed: float = 1.0) -> None:
@@ -36,6 +37,8 @@ class GraphRobot(PlanningRobot):
         self._graph = graph
         self._settled = controller.settled
         self._again = AGAIN * max(1.0, speed)
+        self._halts = Halts(controller)
+        controller.events.heard_by(self._halts.hear)
         controller.events.heard_by(self._hear)
 
     async def run(self, primitive: Primitive, on_phase: OnPhase | None = None, speed: float = 1.0) -> None:
@@ -68,7 +71,7 @@ class GraphRobot(PlanningRobot):
         The layer does not know what a person has seen: it may assume a part in a gripper that is known here to be
         empty. So the gripper is opened first, as the pick would.
         """
-        phase = ""
+        phase, halts = "", self._halts.count
 
         def heard(feedback: Message) -> None:
             nonlocal phase
@@ -83,6 +86,8 @@ class GraphRobot(PlanningRobot):
                 if phase:
                     raise  # the primitive has begun
                 await asyncio.sleep(self._again)
+                if self._controller.state.mode not in (Mode.FAULT, Mode.DISCONNECTED):  # then the layer refuses it
+                    self._halts.require(halts)
             else:
                 return
 

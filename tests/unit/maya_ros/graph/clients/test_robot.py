@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import pytest
 
@@ -15,11 +15,11 @@ from maya_ros.graph.clients.robot import GraphRobot
 from maya_ros.graph.outcome import failure, success
 from maya_ros.graph.protocol import Feedback, GoalRefused, Message
 from maya_ros.graph.table import TASK
-from maya_un.errors import Busy, MayaError, NodeGone
-from maya_un.events import PhaseBegun
+from maya_un.errors import Busy, MayaError, NodeGone, Stopped
+from maya_un.events import FaultCleared, FaultEntered, PhaseBegun
 from maya_un.robot.primitives.home import Home
 from maya_un.robot.primitives.pick import Pick
-from maya_un.values import Point
+from maya_un.values import Mode, Point
 from tests.calm import CALM
 from tests.virtual_time import elapse
 
@@ -73,6 +73,22 @@ async def test_command_refused_for_another_clients_task_waits_its_turn() -> None
     async with robot_on(layer) as (robot, _, __):
         await robot.run(Home())
         assert (layer.refusals, layer.begun) == (0, 1)
+
+
+async def test_command_that_waits_ends_at_a_fault_that_is_cleared_meanwhile(monkeypatch: pytest.MonkeyPatch) -> None:
+    layer = ScriptedRobot(("home",), refusals=5)
+    async with robot_on(layer) as (robot, controller, _):
+        cleared = replace(controller.state, mode=Mode.IDLE)
+        monkeypatch.setattr(GraphController, "state", property(lambda _: cleared))
+        controller.events.emit(FaultEntered())
+        task = asyncio.ensure_future(robot.run(Home()))
+        await elapse(0.1)
+        assert layer.refusals == 4
+        controller.events.emit(FaultEntered())
+        controller.events.emit(FaultCleared())
+        with pytest.raises(Stopped):
+            await task
+        assert layer.begun == 0
 
 
 async def test_waiting_command_can_be_cancelled() -> None:
