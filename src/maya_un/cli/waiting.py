@@ -12,20 +12,21 @@ from maya_un.cli.progress import Display, tell
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.events import QuestionAsked, event_of
+from maya_un.schema.jobs import PauseReason
 
-_REASONS = {
-    "asked": marked("{by} paused it"),
-    "step": marked("step mode"),
-    "stop": marked("{by} stopped the robot"),
-    "fault": marked("a fault"),
-    "restart": marked("the program was restarted"),
-    "driver": marked("the driver no longer responds"),
-    "storage": marked("the disk cannot be written"),
-    "failure": marked("a job failed"),
+_REASONS: dict[str, str] = {
+    PauseReason.ASKED: marked("{by} paused it"),
+    PauseReason.STEP: marked("step mode"),
+    PauseReason.STOP: marked("{by} stopped the robot"),
+    PauseReason.FAULT: marked("a fault"),
+    PauseReason.RESTART: marked("the program was restarted"),
+    PauseReason.DRIVER: marked("the driver no longer responds"),
+    PauseReason.STORAGE: marked("the disk cannot be written"),
+    PauseReason.FAILURE: marked("a job failed"),
 }
 """Reasons why a queue is paused."""
 
-_BY_UNKNOWN = {"asked": marked("a pause command"), "stop": marked("a stop command")}
+_BY_UNKNOWN: dict[str, str] = {PauseReason.ASKED: marked("a pause command"), PauseReason.STOP: marked("a stop command")}
 """The same for an unknown user."""
 
 

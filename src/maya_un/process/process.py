@@ -50,7 +50,7 @@ from maya_un.process.spec.tasks import Recall, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
-from maya_un.schema.jobs import JobReport, TaskState
+from maya_un.schema.jobs import JobReport, PauseReason, TaskState
 from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.values import Mode
 from maya_un.workers import WorkerSet
@@ -347,7 +347,7 @@ class Process:
         """Make a change after which jobs may begin; if `halts` has changed since its request, pause before any does."""
         result = await change
         if halts != self.turns.halts:
-            self.turns.pause_by_itself("stop")
+            self.turns.pause_by_itself(PauseReason.STOP)
         self.turns.wake()
         return result
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Literal
 
 from maya_un.values import Joints, Notice, Point, State
 
@@ -79,6 +80,24 @@ class QueueMode(StrEnum):
     RUNNING = "running"
     PAUSING = "pausing"
     PAUSED = "paused"
+
+
+class PauseReason(StrEnum):
+    """Why the queue is paused."""
+
+    ASKED = "asked"
+    STEP = "step"
+    STOP = "stop"
+    FAULT = "fault"
+    RESTART = "restart"
+    DRIVER = "driver"
+    STORAGE = "storage"
+    FAILURE = "failure"
+
+    @property
+    def automatic(self) -> bool:
+        """Whether no user requested the pause: it protects waiting jobs, and ends when none waits any more."""
+        return self not in {PauseReason.ASKED, PauseReason.STEP}
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,14 +189,14 @@ class OperatorQuestion:
 class QueueView:
     """The queue now: its mode, by whom, why and since when it is paused; the running job and the first waiting ones.
 
-    `reason` is asked, step, stop, fault, restart, driver, storage or failure, "" while it runs. `counts` is the number
+    `reason` is "" while it runs. `counts` is the number
     of jobs that have not ended, by state. `finish_at` is the date when all predicted jobs will have ended at the
     present speed, without held ones. It is `estimated` if a homing is among them, whose duration is unknown in advance.
     `question` is the one that waits for an answer.
     """
 
     mode: QueueMode
-    reason: str
+    reason: PauseReason | Literal[""]
     by: str
     since: str
     running: JobLine | None

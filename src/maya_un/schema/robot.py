@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from maya_un.schema.jobs import JobLine, OperatorQuestion, QueueMode
+from maya_un.schema.jobs import JobLine, OperatorQuestion, PauseReason, QueueMode
 from maya_un.values import Joints, Notice, Point, Progress, State
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Status:
     last_event: int
     run: int = 1
     queue: QueueMode = QueueMode.RUNNING
-    reason: str = ""
+    reason: PauseReason | Literal[""] = ""
     unconfirmed: bool = False
     question: OperatorQuestion | None = None
 

@@ -33,6 +33,7 @@ from maya_un.process.process import Process
 from maya_un.process.queue.scheduler import Scheduler
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import OnPhase, Robot
+from maya_un.schema.jobs import PauseReason
 from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Caller
 from maya_un.values import JogDirection, Joints, Mode
@@ -229,14 +230,14 @@ class HeldJogs:
         except (Stopped, asyncio.CancelledError) as end:
             if not isinstance(end, Stopped) and not self._was_stopped():
                 raise
-            self._pause_jobs("stop")
+            self._pause_jobs(PauseReason.STOP)
             raise Stopped from None  # also if the stop came while the jog braked for another key
 
     def _was_stopped(self) -> bool:
         """Return whether the robot was stopped since the latest jog began."""
         return self._controller.stops != self._stops_at_jog
 
-    def _pause_jobs(self, reason: str) -> None:
+    def _pause_jobs(self, reason: PauseReason) -> None:
         if self._turns is not None:
             self._turns.pause_by_itself(reason)
 
@@ -244,7 +245,7 @@ class HeldJogs:
         """Let jobs begin again, unless a press goes on or the robot still moves for one."""
         if self._is_aside and (self._key is None or self._is_over()) and (self._task is None or self._task.done()):
             if self._was_stopped():
-                self._pause_jobs("stop")
+                self._pause_jobs(PauseReason.STOP)
             self._is_aside = False
             self._aside.close()
 
@@ -317,7 +318,7 @@ class HeldJogs:
             self._watch = loop.call_at(self._until, self._expired)
         else:
             if self._is_aside:
-                self._pause_jobs("driver")  # the user may no longer watch
+                self._pause_jobs(PauseReason.DRIVER)  # the user may no longer watch
             self._end_press()
             self._brake()
             self._let_jobs_begin()

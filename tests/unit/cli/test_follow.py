@@ -9,7 +9,8 @@ import pytest
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.progress import Display, FactLines
 from maya_un.cli.settings import OutputSettings
-from maya_un.cli.waiting import follow
+from maya_un.cli.waiting import because, follow
+from maya_un.schema.jobs import PauseReason
 from tests.unit.cli.queueing.answers import LINE, OFFER, VIEW, Service, Several, running
 
 PAUSED: dict[str, object] = {**VIEW, "mode": "paused", "reason": "asked", "by": "ana", "waiting": [LINE]}
@@ -74,3 +75,11 @@ def test_a_question_is_shown_with_the_commands_that_answer_it(
     assert "question: Which part? Answer with `maya queue answer cube` or `maya queue answer 'a box'`.\n" in (
         err if json else out
     )
+
+
+@pytest.mark.parametrize("by", ["", "ana"])
+@pytest.mark.parametrize("reason", PauseReason)
+def test_every_reason_of_a_paused_queue_has_words(reason: PauseReason, by: str) -> None:
+    english, spanish = (because({"reason": reason, "by": by}, language) for language in ("en", "es"))
+    assert english != reason
+    assert english != spanish

@@ -11,6 +11,7 @@ from maya_ui.words import WORDS, happened, phrase, sentence, word
 
 from maya_un.errors import Busy, InvalidRequest, InvalidValue, Unreachable, by_code
 from maya_un.events import DECLARED, ControllerEvent, Event
+from maya_un.schema.jobs import PauseReason
 from maya_un.values import Mode
 
 
@@ -28,6 +29,11 @@ def test_words_have_both_languages_with_the_same_fields() -> None:
 def test_every_mode_and_every_command_has_words() -> None:
     assert {f"mode_{mode.value}" for mode in Mode} <= WORDS.keys()
     assert {f"command_{command.value}" for command in Command} <= WORDS.keys()
+
+
+def test_every_reason_of_a_paused_queue_has_words() -> None:
+    start = "queue_reason_"
+    assert {key.removeprefix(start) for key in WORDS if key.startswith(start)} == set(PauseReason)
 
 
 @pytest.mark.parametrize("event", [event for event in DECLARED.values() if issubclass(event, ControllerEvent)])

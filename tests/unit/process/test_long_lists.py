@@ -6,7 +6,7 @@ import asyncio
 
 from maya_un.process.journal.protocol import Filter
 from maya_un.process.queue.report import SLICE, Slices
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import PauseReason, TaskState
 from tests.queues import Machine, job, submit_request
 from tests.virtual_time import elapse
 
@@ -50,7 +50,7 @@ async def test_slices_of_two_readers_leave_a_turn_between_any_two() -> None:
 
 async def test_report_of_a_long_job_leaves_the_loop_to_others() -> None:
     async with Machine().running() as layer:
-        layer.process.turns.pause_by_itself("asked")
+        layer.process.turns.pause_by_itself(PauseReason.ASKED)
         number = await layer.process.submit(job({"gripper": "open"}, repeat=STEPS), submit_request(held=True))
         async with Turns() as turns:
             before = turns.count

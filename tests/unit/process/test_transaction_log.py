@@ -8,7 +8,7 @@ from maya_un.errors import Stopped, StorageFailed
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced, StorageChanged
 from maya_un.process.queue.changes import RETRY
 from maya_un.robot.primitives import Home
-from maya_un.schema.jobs import QueueMode, TaskState
+from maya_un.schema.jobs import PauseReason, QueueMode, TaskState
 from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
@@ -162,7 +162,7 @@ async def test_pause_during_another_write_is_still_announced() -> None:
         await layer.process.submit(HOME)
         layer.process.turns.halt(Stopped())
         await elapse(0.5)
-        layer.process.turns.pause_by_itself("fault")
+        layer.process.turns.pause_by_itself(PauseReason.FAULT)
         await elapse(LONG)
         assert [event.detail["reason"] for event in layer.told(QueueChanged)] == ["stop"]
         kept_now = await layer.journal.unfinished()

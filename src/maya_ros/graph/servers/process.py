@@ -305,7 +305,7 @@ def status_of(view: QueueView, controller: Controller) -> DiagnosticStatus:
     running = "" if view.running is None else f"job {view.running.id} ({view.running.name})"
     paused = view.mode is not QueueMode.RUNNING
     return diagnostics.process(
-        robot_there=there, paused=paused, running=running, queued=len(view.waiting), reason=view.reason
+        robot_there=there, paused=paused, running=running, queued=len(view.waiting), reason=str(view.reason)
     )
 
 
@@ -329,7 +329,7 @@ def queue_message(view: QueueView) -> Message:
         }
     return {
         "mode": view.mode.value,
-        "reason": view.reason,
+        "reason": str(view.reason),
         "running": None if view.running is None else view.running.id,
         "waiting": len(view.waiting),
         "interrupted": interrupted,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 from maya_un.process.queue_order import QueueOrder
-from maya_un.schema.jobs import OnFailure, TaskState
+from maya_un.schema.jobs import OnFailure, PauseReason, TaskState
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,12 +86,17 @@ class JobRow:
 
 @dataclass(frozen=True, slots=True)
 class QueueRow:
-    """Whether the queue is paused, by whom, and why: asked, step, stop, fault, restart, driver, storage or failure."""
+    """Whether the queue is paused, why, by whom, and since which date."""
 
     paused: bool = False
-    reason: str = ""
+    reason: PauseReason | Literal[""] = ""
     by: str = ""
     since: str = ""
+
+    @property
+    def automatic(self) -> bool:
+        """Whether the queue is paused without a user's request."""
+        return self.paused and self.reason != "" and self.reason.automatic
 
 
 @dataclass(frozen=True, slots=True)

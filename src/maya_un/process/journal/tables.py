@@ -27,7 +27,7 @@ from maya_un.process.journal.protocol import (
     Unfinished,
 )
 from maya_un.process.queue_order import QueueOrder, QueuePosition
-from maya_un.schema.jobs import OnFailure, TaskState
+from maya_un.schema.jobs import OnFailure, PauseReason, TaskState
 
 APPLICATION_ID = 0x4D617961
 """The application id in the header of Maya's files: "Maya"."""
@@ -229,7 +229,7 @@ def step_of(values: Values) -> tuple[int, StepRow]:
 def queue_of(values: Values) -> QueueRow:
     """Return the queue's mode of its columns."""
     paused, reason, by, since = values
-    return QueueRow(bool(paused), reason, by, since)
+    return QueueRow(bool(paused), PauseReason(reason) if reason else "", by, since)
 
 
 def event_values(row: EventRow) -> Values:
@@ -335,7 +335,7 @@ def save(connection: sqlite3.Connection, bodies: Bodies, changes: Iterable[Chang
             connection.execute(_SAVE_JOB, job_values(change))
             _write_body(connection, bodies, change)
         elif isinstance(change, QueueRow):
-            connection.execute(_SAVE_QUEUE, (change.paused, change.reason, change.by, change.since))
+            connection.execute(_SAVE_QUEUE, (change.paused, str(change.reason), change.by, change.since))
         elif isinstance(change, ClearedJobs):
             values = (change.state.value, change.code, change.message, change.ended, json.dumps(change.numbers))
             connection.execute(_CLEAR, values)

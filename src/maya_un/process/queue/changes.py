@@ -22,7 +22,7 @@ from maya_un.events import EventLog, JobAdvanced, QueueChanged, StepAdvanced, St
 from maya_un.process.journal.protocol import ClearedJobs, JobRow, Journal, QueueRow, StepRow
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import StepRecord
-from maya_un.schema.jobs import TaskState, advance
+from maya_un.schema.jobs import PauseReason, TaskState, advance
 from maya_un.values import Notice
 
 RETRY = 2.0
@@ -286,9 +286,6 @@ def failed_dependency(number: int, state: TaskState) -> Notice:
 Dates = Callable[[float], str]
 """Returns the date (ISO 8601, UTC) a number of seconds of real time from now."""
 
-AUTOMATIC_REASONS = frozenset({"stop", "fault", "restart", "driver", "storage", "failure"})
-"""Reasons for a pause that no user requested: it protects waiting jobs, and ends when none waits any more."""
-
 
 class QueuePauser:
     """The queue's mode; `row` is the present one."""
@@ -307,9 +304,9 @@ class QueuePauser:
     @property
     def by_itself(self) -> bool:
         """Whether the queue is paused without a user's request."""
-        return self.row.paused and self.row.reason in AUTOMATIC_REASONS
+        return self.row.automatic
 
-    def pause(self, reason: str, by: str = "") -> None:
+    def pause(self, reason: PauseReason, by: str = "") -> None:
         """Pause the queue from now on; a pause under way keeps its reason."""
         if self.row.paused:
             self.row = replace(self.row)
@@ -339,4 +336,4 @@ class QueuePauser:
 
     def _tell(self, row: QueueRow, by: str = "") -> None:
         state = "paused" if row.paused else "running"
-        self._events.emit(QueueChanged(state, row.reason, by or row.by))
+        self._events.emit(QueueChanged(state, str(row.reason), by or row.by))

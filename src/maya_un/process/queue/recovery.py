@@ -18,7 +18,7 @@ from typing import NamedTuple
 from dmc41x3.i18n import phrase
 from maya_un.errors import AnswerNeeded, Cancelled, InvalidValue, MayaError, NotFound
 from maya_un.process.journal.protocol import JobRow, QueueRow, StepRow, Unfinished
-from maya_un.process.queue.changes import AUTOMATIC_REASONS, Changes, Transaction
+from maya_un.process.queue.changes import Changes, Transaction
 from maya_un.process.queue.editing import JobEditor
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import JobRecord, StepRecord
@@ -28,7 +28,7 @@ from maya_un.process.spec.statements import Condition
 from maya_un.process.spec.tasks import ACTIONS, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives.primitive import PartEffect
-from maya_un.schema.jobs import Choice, Recovery, TaskState
+from maya_un.schema.jobs import Choice, PauseReason, Recovery, TaskState
 from maya_un.values import GripperState, Mode
 
 QUESTION = phrase("Does the gripper hold a part?")
@@ -249,12 +249,12 @@ class JobRecoverer:
         pausing = self._shared.pausing
         pausing.take_up(before)
         if before.paused and not interrupted:
-            if self._items.anything_waits or before.reason not in AUTOMATIC_REASONS:
+            if self._items.anything_waits or not before.automatic:
                 return []
             return [pausing.resume("")]
         if self._items.anything_waits or interrupted:
             pausing.take_up(QueueRow())
-            pausing.pause("restart")
+            pausing.pause(PauseReason.RESTART)
         return []
 
     def _situation(self, item: QueueEntry) -> tuple[StepRecord | None, RecoverySituation]:

@@ -26,7 +26,7 @@ from maya_un.process.queue.report import JobRecord, StepRecord, where
 from maya_un.process.queue.statements import StatementRunner
 from maya_un.process.spec.statements import ELSE, THEN, JobStatement
 from maya_un.robot.robot import OnPhase, Robot
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import PauseReason, TaskState
 from maya_un.values import Notice
 
 RETRY_AFTER = 1.0
@@ -220,7 +220,7 @@ class JobRunner:
         if error is not None:
             raise error
         if item.row.options.stepwise:
-            self._shared.pausing.pause("step")
+            self._shared.pausing.pause(PauseReason.STEP)
 
     async def _attempted(self, step: StepRecord) -> Exception | None:
         """Do a step and return the error that ended it early, defects included: its end is written in any case."""

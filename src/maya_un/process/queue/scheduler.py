@@ -26,7 +26,7 @@ from maya_un.process.queue.changes import Transaction
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.recovery import RecoveryChoice
 from maya_un.process.queue.runner import JobEnd, JobRunner, RunnerContext
-from maya_un.schema.jobs import OnFailure, TaskState
+from maya_un.schema.jobs import OnFailure, PauseReason, TaskState
 from maya_un.values import Mode, StopReport
 
 T = TypeVar("T")
@@ -87,7 +87,7 @@ class Scheduler:
         self._leaving: list[asyncio.Future[None]] = []
         self.running: QueueEntry | None = None
         self.halts = 0
-        shared.ledger.on_failure = lambda: shared.pausing.pause("storage")
+        shared.ledger.on_failure = lambda: shared.pausing.pause(PauseReason.STORAGE)
         shared.ledger.on_success = self._on_storage
         shared.controller.events.heard_by(self._hear)
         if lease is not None:
@@ -113,7 +113,7 @@ class Scheduler:
         if now and running is not None:
             await self._controller.pause(ahead=True)
         self._steps_allowed = 0
-        self._pausing.pause("asked", by)
+        self._pausing.pause(PauseReason.ASKED, by)
         if now and running is not None:
             await self._mark(running, TaskState.PAUSED)
         await self._ledger.flush()
@@ -139,7 +139,7 @@ class Scheduler:
         self._require_decided()
         await self._ledger.flush()
         if not self._pausing.paused:
-            self._pausing.pause("step", by)
+            self._pausing.pause(PauseReason.STEP, by)
         elif self.running is not None:
             await self._let_motion_go_on()
         elif self._aside:
@@ -150,7 +150,7 @@ class Scheduler:
             if self._runner is None:
                 self._steps_allowed = 0
 
-    def halt(self, error: MayaError, reason: str = "stop") -> None:
+    def halt(self, error: MayaError, reason: PauseReason = PauseReason.STOP) -> None:
         """Begin nothing more: waiting jobs keep their places, the running job begins no further step.
 
         A job in its check or in a wait ends at once.
@@ -164,9 +164,9 @@ class Scheduler:
     def driver_ended(self, owner: str) -> None:
         """Pause after the step under way, if its job belongs to an owner who may no longer drive."""
         if self.running is not None and self.running.row.owner.name == owner:
-            self._pausing.pause("driver")
+            self._pausing.pause(PauseReason.DRIVER)
 
-    def pause_by_itself(self, reason: str) -> None:
+    def pause_by_itself(self, reason: PauseReason) -> None:
         """Pause if a job waits that would begin; direct commands become ordinary jobs."""
         waited = self._items.no_longer_direct()
         if self._items.anything_waits or waited:
@@ -227,7 +227,7 @@ class Scheduler:
         try:
             yield
         except Stopped:
-            self.pause_by_itself("stop")
+            self.pause_by_itself(PauseReason.STOP)
             raise
         finally:
             self._aside = ""
@@ -307,7 +307,7 @@ class Scheduler:
                 context = {"message": f"the queue failed at job {item.number}", "exception": defect}
                 asyncio.get_running_loop().call_exception_handler(context)
                 self._items.no_longer_direct()
-                self._pausing.pause("fault")
+                self._pausing.pause(PauseReason.FAULT)
 
     @contextmanager
     def _driven(self, item: QueueEntry) -> Iterator[None]:
@@ -329,9 +329,9 @@ class Scheduler:
         if isinstance(ending.error, Stopped):
             self.halt(ending.error)
         elif isinstance(ending.error, MachineError | NotConnected | Faulted):
-            self.halt(ending.error, "fault")
+            self.halt(ending.error, PauseReason.FAULT)
         elif ending.state is TaskState.FAILED and item.row.options.on_failure is OnFailure.PAUSE:
-            self.pause_by_itself("failure")
+            self.pause_by_itself(PauseReason.FAILURE)
 
     async def _mark(self, item: QueueEntry, state: TaskState) -> None:
         """Write that the job under way is held in its motion, or continues."""
@@ -350,7 +350,7 @@ class Scheduler:
 
     def _hear(self, event: Event) -> None:
         if isinstance(event, Trouble) and not self._closed:
-            self.pause_by_itself("fault")
+            self.pause_by_itself(PauseReason.FAULT)
 
     def _on_storage(self) -> None:
         """End a pause for storage that has become needless, because writing works again."""
@@ -365,5 +365,5 @@ class Scheduler:
         if self._closed:
             return
         if change not in _PASSED_ON and (self.running is not None or self._items.anything_waits):
-            self._pausing.pause("driver")
+            self._pausing.pause(PauseReason.DRIVER)
         self.wake()

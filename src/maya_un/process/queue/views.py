@@ -10,7 +10,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from maya_un.config import Config, Units
 from maya_un.errors import MayaError, NotFound
@@ -38,7 +38,7 @@ from maya_un.process.spec.stored import Body, as_written, version_of
 from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
-from maya_un.schema.jobs import JobLine, JobReport, OperatorQuestion, QueueMode, QueueView, TaskState
+from maya_un.schema.jobs import JobLine, JobReport, OperatorQuestion, PauseReason, QueueMode, QueueView, TaskState
 from maya_un.schema.previews import JobPreview
 from maya_un.values import Notice
 
@@ -303,7 +303,7 @@ class QueueViews:
         return QueueMode.PAUSING if running is not None and not running.direct else QueueMode.PAUSED
 
     @property
-    def reason(self) -> str:
+    def reason(self) -> PauseReason | Literal[""]:
         """Why the queue is paused, "" while it runs."""
         return self._shared.pausing.row.reason
 

@@ -5,12 +5,13 @@ import pytest
 from maya_un.errors import StorageFailed
 from maya_un.process.journal.protocol import Filter, Journal, QueueRow, Unfinished
 from maya_un.process.journal.sqlite import MemoryJournal
+from maya_un.schema.jobs import PauseReason
 from tests.journals import audit_row, event_row, job_row, step_row
 
 
 async def test_memory_journal_keeps_the_same_as_a_file() -> None:
     journal: Journal = MemoryJournal()
-    job, step, mode = job_row(1), step_row(1, phase="up"), QueueRow(paused=True, reason="asked")
+    job, step, mode = job_row(1), step_row(1, phase="up"), QueueRow(paused=True, reason=PauseReason.ASKED)
     await journal.add(job)
     await journal.save((1, step), mode)
     journal.note(event_row(1), audit_row(1))

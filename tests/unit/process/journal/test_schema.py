@@ -10,7 +10,7 @@ from maya_un.errors import FileNotOurs, StorageTooNew
 from maya_un.process.journal import tables
 from maya_un.process.journal.protocol import Filter, QueueRow
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import PauseReason, TaskState
 from tests.journals import audit_row, event_row, job_row, step_row
 
 DUMPS = sorted((Path(__file__).parents[3] / "vectors" / "journal").glob("version-*.sql"))
@@ -40,7 +40,7 @@ async def test_a_file_of_an_earlier_version_is_brought_to_this_one_with_all_that
     stored(dump, path)
     journal = await SqliteJournal.open(path)
     found = await journal.unfinished()
-    assert found.queue == QueueRow(paused=True, reason="stop", by="ann", since="2026-03-01T08:00:00Z")
+    assert found.queue == QueueRow(paused=True, reason=PauseReason.STOP, by="ann", since="2026-03-01T08:00:00Z")
     assert found.jobs == (job_row(2, state=TaskState.RUNNING, done=1), job_row(3))
     assert found.steps == {2: (step_row(1, TaskState.DONE, duration=30.5, end={"a": 0.5}), step_row(2, phase="down"))}
     assert [job.id for job in await journal.page(Filter(text="job"))] == [3, 2, 1]

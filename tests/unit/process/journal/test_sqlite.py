@@ -24,7 +24,7 @@ from maya_un.errors import (
 from maya_un.process.journal import file, group_commit
 from maya_un.process.journal.protocol import Filter, JobOptions, Journal, QueueRow, Unfinished
 from maya_un.process.journal.sqlite import SqliteJournal
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import PauseReason, TaskState
 from tests.journals import (
     DATE,
     audit_row,
@@ -76,7 +76,7 @@ async def test_written_rows_are_found_by_the_next_run(path: Path) -> None:
         proposal=True,
     )
     step = step_row(1, phase="down", predicted=30.25, end={"point": [0.5, 1.1, 0.4]})
-    mode = QueueRow(paused=True, reason="stop", by="ann", since=DATE)
+    mode = QueueRow(paused=True, reason=PauseReason.STOP, by="ann", since=DATE)
     async with opened(path) as journal:
         await journal.add(job)
         await journal.save((3, step), mode)
