@@ -64,7 +64,7 @@ class UserLine:
     """A user: role, date of creation, whether a password is set, number of valid tokens, date of last use."""
 
     name: str
-    role: str
+    role: RoleName
     created: str
     password: bool
     tokens: int
@@ -77,7 +77,7 @@ class NewToken:
 
     id: str
     user: str
-    role: str
+    role: RoleName
     token: str
     note: str
     expires: str
@@ -88,7 +88,7 @@ class Me:
     """The caller: name, role, token, source. `users` is True if users exist."""
 
     name: str
-    role: str
+    role: RoleName
     token: str
     source: str
     users: bool
@@ -96,12 +96,15 @@ class Me:
 
 @dataclass(frozen=True, slots=True)
 class AuditLine:
-    """A request: its caller, source, date (ISO 8601, UTC) and result; `code` is 0, or that of the error."""
+    """A request: its caller, source, date (ISO 8601, UTC) and result; `code` is 0, or that of the error.
+
+    `role` is "" if the caller is unknown.
+    """
 
     number: int
     date: str
     who: str
-    role: str
+    role: RoleName | Literal[""]
     source: str
     operation: str
     code: int

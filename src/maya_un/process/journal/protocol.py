@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 
 from maya_un.process.queue_order import QueueOrder
 from maya_un.schema.jobs import OnFailure, PauseReason, TaskState
+from maya_un.schema.people import RoleName
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +152,7 @@ class AuditRow:
 
     date: str
     who: str
-    role: str
+    role: RoleName | Literal[""]
     source: str
     operation: str
     code: int

@@ -8,12 +8,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, NotSignedIn
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
+from maya_un.schema.people import RoleName
 from maya_un.service.access import callers
 from maya_un.service.access.callers import Callers, Hasher, counted
 from maya_un.service.access.operations import Caller, Operation
@@ -90,7 +92,7 @@ class Audit:
             else:
                 self._note(row)
 
-    def signed_in(self, name: str, role: str, source: str) -> None:
+    def signed_in(self, name: str, role: RoleName, source: str) -> None:
         """Log that a user has signed in with the password."""
         self._write_or_count(self._row(name, role, source, SIGN_IN, 0, ""))
 
@@ -98,7 +100,9 @@ class Audit:
         """Log a failed attempt to sign in, by `name` if it is known."""
         self._write_or_count(self._row(name or "unknown", "", source, SIGN_IN, NotSignedIn.code, ""))
 
-    def _row(self, who: str, role: str, source: str, operation: str, code: int, detail: str) -> AuditRow:
+    def _row(
+        self, who: str, role: RoleName | Literal[""], source: str, operation: str, code: int, detail: str
+    ) -> AuditRow:
         plain = callers.hidden(detail).encode("utf-8", "replace").decode()[:_LONGEST_DETAIL]
         return AuditRow(self._date(), who, role, source, operation, code, plain)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, NotAllowed
@@ -24,9 +24,9 @@ class Role(IntEnum):
     ADMIN = 4
 
     @property
-    def word(self) -> str:
+    def word(self) -> RoleName:
         """The name of the role in lower case."""
-        return self.name.lower()
+        return cast("RoleName", self.name.lower())
 
     @classmethod
     def of(cls, word: str) -> Role:
