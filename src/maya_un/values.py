@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from dmc41x3.i18n import PHRASE, marked, phrase
 
@@ -47,6 +47,27 @@ class Point(NamedTuple):
     x: float
     y: float
     z: float
+
+
+class Limit(StrEnum):
+    """The limits of the workspace, in the order in which errors name them."""
+
+    NUMBER = "number"
+    COUPLING = "coupling"
+    ANCHORS = "anchors"
+    BOOM = "boom"
+    INNER = "inner"
+    OUTER = "outer"
+    FLOOR = "floor"
+    LINE_B = "line_b"
+    LINE_C = "line_c"
+    TENSION_B = "tension_b"
+    TENSION_C = "tension_c"
+    ZONE = "zone"
+
+
+MarginUnit = Literal["m", "rad", "load"]
+"""The units of the distance to a limit; "load" is a multiple of the load."""
 
 
 class GripperState(StrEnum):

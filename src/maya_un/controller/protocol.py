@@ -29,7 +29,7 @@ from maya_un.motion.clearance import ClosestApproach, closest
 from maya_un.motion.move import CoordinatedMove, LongestStop, Trajectory, sample, stopping
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged, LinkView, Signals
-from maya_un.values import JogDirection, Joints, Progress, State, StopReport
+from maya_un.values import JogDirection, Joints, MarginUnit, Progress, State, StopReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class Closest:
 
     name: str
     margin: float
-    unit: str
+    unit: MarginUnit
     zone: bool
     time: float
 

@@ -3,32 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from math import degrees
 from typing import NamedTuple
 
 from dmc41x3.i18n import PHRASE, marked, phrase
-from maya_un.values import WITHIN, Joints
+from maya_un.values import WITHIN, Joints, Limit, MarginUnit
 
 Stroke = tuple[float, float]
 """Short and long end of an axis (rad or m)."""
-
-
-class Limit(StrEnum):
-    """The limits of the workspace, in the order in which errors name them."""
-
-    NUMBER = "number"
-    COUPLING = "coupling"
-    ANCHORS = "anchors"
-    BOOM = "boom"
-    INNER = "inner"
-    OUTER = "outer"
-    FLOOR = "floor"
-    LINE_B = "line_b"
-    LINE_C = "line_c"
-    TENSION_B = "tension_b"
-    TENSION_C = "tension_c"
-    ZONE = "zone"
 
 
 class Margins(NamedTuple):
@@ -58,8 +40,8 @@ MEASURED: tuple[Limit, ...] = tuple(Limit(name) for name in Margins._fields if n
 """The limits to which `Margins` has a distance, without zones."""
 
 
-def unit(limit: Limit) -> str:
-    """Return the unit of the distance to a limit: "m", "rad" or "load"."""
+def unit(limit: Limit) -> MarginUnit:
+    """Return the unit of the distance to a limit."""
     match limit:
         case Limit.BOOM:
             return "rad"
@@ -71,14 +53,14 @@ def unit(limit: Limit) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a place is not reachable: which limit, by how much (`unit`: "m", "rad" or "load"), in words.
+    """Why a place is not reachable: which limit, by how much (in its `unit`), in words.
 
     For a zone, `zone` is its name, and `excess` the missing part of its margin, or the depth inside.
     """
 
     limit: Limit
     excess: float
-    unit: str
+    unit: MarginUnit
     text: str
     zone: str = ""
 

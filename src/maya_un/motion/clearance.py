@@ -16,7 +16,7 @@ import numpy as np
 from maya_un.kinematics.mechanism import Floats, Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.proof import ChordPlace, ZoneChords, between
-from maya_un.values import Joints, Point
+from maya_un.values import Joints, MarginUnit, Point
 
 _LOOKS = 64
 _NEWTON = 4
@@ -39,17 +39,17 @@ class ClosestApproach:
     """The closest approach of a path to a limit or a zone: the least `margin` [`unit`], and its `place`.
 
     `name` is that of the zone, or one of `LIMITS`; a margin is negative beyond the limit, or inside the margin of a
-    zone. The unit is "rad", "m" or "load".
+    zone.
     """
 
     name: str
     margin: float
-    unit: str
+    unit: MarginUnit
     place: ChordPlace
     zone: bool = False
 
 
-LIMITS = {
+LIMITS: dict[str, MarginUnit] = {
     "boom_start": "rad",
     "boom_end": "rad",
     "line_b_short": "m",

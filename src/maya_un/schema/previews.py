@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from maya_un.values import Joints, Notice, Point
+from maya_un.values import Joints, Limit, MarginUnit, Notice, Point
 
 
 class PhasePreview(NamedTuple):
@@ -75,7 +75,7 @@ class Nearest:
 
     name: str
     margin: float
-    unit: str
+    unit: MarginUnit
     zone: bool
     step: int
     time: float
@@ -108,17 +108,17 @@ class JobInspection:
 
 @dataclass(frozen=True, slots=True)
 class Distance:
-    """The margin of a place to a `limit`, in its `unit` ("m", "rad" or "load"); `zone` is its name if it is a zone."""
+    """The margin of a place to a `limit`, in its `unit`; `zone` is its name if it is a zone."""
 
-    limit: str
+    limit: Limit
     zone: str
     margin: float
-    unit: str
+    unit: MarginUnit
 
 
 @dataclass(frozen=True, slots=True)
 class NearestLimits:
-    """The limits nearest to the robot: in each unit ("m", "rad", "load") the one with the least margin.
+    """The limits nearest to the robot: in each unit the one with the least margin.
 
     `nearest` is empty before homing.
     """
@@ -128,12 +128,12 @@ class NearestLimits:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """A `limit` that a place exceeds by `excess`, in its `unit` ("m", "rad" or "load"); `zone` as in `Distance`."""
+    """A `limit` that a place exceeds by `excess`, in its `unit`; `zone` as in `Distance`."""
 
-    limit: str
+    limit: Limit
     zone: str
     excess: float
-    unit: str
+    unit: MarginUnit
     text: str
 
 

@@ -8,7 +8,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from maya_un.events import FaultEntered, JobAdvanced, MotionBegun, MotionStopped, StepAdvanced
 from maya_un.http.metrics import LOOK, JournalHealth, Metrics
-from maya_un.schema.jobs import QueueMode, QueueView
+from maya_un.schema.jobs import PauseReason, QueueMode, QueueView
 from maya_un.schema.robot import Status
 from maya_un.values import Joints, Mode, State
 from tests.unit.http.service_stand_in import ServiceStandIn, app_client
@@ -34,7 +34,7 @@ STATE = State(
 )
 STATUS = Status("0", "sim", 1.0, STATE, None, False, None, (), 7, run=3)
 WELL = JournalHealth()
-QUEUE = QueueView(QueueMode.PAUSED, "stop", "ana", "", None, (), {"queued": 2, "held": 1}, None, None)
+QUEUE = QueueView(QueueMode.PAUSED, PauseReason.STOP, "ana", "", None, (), {"queued": 2, "held": 1}, None, None)
 
 
 def metric_values(metrics: Metrics, storage: JournalHealth = WELL) -> dict[tuple[str, ...], float]:
