@@ -13,7 +13,7 @@ from dmc41x3.wire.transcript import WirePiece
 from dmc41x3.wire.transport import Transport
 from maya_un.config import RecorderConfig
 from maya_un.errors import InternalError, MayaError
-from maya_un.events import Connected, Event, EventLog, RecordingSaved, Trouble
+from maya_un.events import DECLARED, Connected, Event, EventLog, RecordingSaved, Trouble
 from maya_un.recorder.capture import Entry, RecordedTransport, RecorderRing, RingContents
 from maya_un.recorder.recording import Header, Recording, RecordingOrigin, SavingCause, Software
 from maya_un.recorder.store import RecordingStore
@@ -29,6 +29,10 @@ MOST_OPENING = 1 << 20
 
 TURN = 0.0005
 """While a recording is written the loop waits no longer than this for its turn [s], a tenth of Python's usual time."""
+
+ASKED, CRASH = "asked", "crash"
+REASONS = (ASKED, *(word for word, event in DECLARED.items() if issubclass(event, Trouble)), CRASH)
+"""The reasons for which a recording is saved: a request, the event that ended motion, or a defect."""
 
 NOBODY = SavingCause()
 """The cause of a recording that a user requested."""
@@ -108,7 +112,7 @@ class Recorder:
                 yield
         except Exception as error:
             if not isinstance(error, MayaError):
-                self._last_words("crash", SavingCause(kind=type(error).__name__, message=str(error)))
+                self._last_words(CRASH, SavingCause(kind=type(error).__name__, message=str(error)))
             raise
         finally:
             watcher.cancel()
@@ -119,7 +123,7 @@ class Recorder:
         """Return the present data as a recording."""
         return self._composed(self._header(reason, cause), self._ring.contents())
 
-    async def save(self, reason: str = "asked", cause: SavingCause = NOBODY) -> Kept | None:
+    async def save(self, reason: str = ASKED, cause: SavingCause = NOBODY) -> Kept | None:
         """Save the present data without blocking the loop, and emit the event; return None without a store.
 
         Raises `FileUnwritable`, and `InternalError` for a defect; the event reports both too.

@@ -49,7 +49,7 @@ class RecordingService:
         Raises `FileUnwritable`, and `InvalidRequest` if no recorder runs (`recorder.enabled`, dry runs).
         """
         cause = SavingCause(message=f"asked by {by.name}")
-        kept = None if self._recorder is None else await self._recorder.save("asked", cause)
+        kept = None if self._recorder is None else await self._recorder.save(cause=cause)
         if kept is None:
             raise InvalidRequest(key="recorder", reason="nothing is recorded here")
         return kept

@@ -1,3 +1,4 @@
+import type { RecordingReason } from "../generated/api.ts";
 import { t, words, type Words } from "./index.ts";
 
 /** Words that stand in details of events, beside the states of jobs. */
@@ -16,17 +17,17 @@ export const DETAILS = words({
 });
 
 /** Why a recording was saved. */
-export const REASONS: Record<string, Words> = words({
+export const REASONS: Record<RecordingReason, Words> = {
   asked: ["asked for", "a petición"],
   fault: ["fault", "fallo"],
   limit: ["limit switch", "final de carrera"],
   estop: ["emergency stop", "parada de emergencia"],
   disconnected: ["connection lost", "conexión perdida"],
   crash: ["defect of the program", "defecto del programa"],
-});
+};
 
 /** Returns the reason of a recording in words. */
 export function reasonText(reason: string): string {
-  const known = REASONS[reason];
+  const known = REASONS[reason as RecordingReason] as Words | undefined;
   return known === undefined ? reason : t(known);
 }

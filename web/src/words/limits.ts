@@ -24,7 +24,7 @@ const LIMITS = words({
 });
 
 /** Returns the name of a limit; a zone with its own name. */
-export function limitName(one: Pick<Distance, "limit" | "zone">): string {
+export function limitName(one: { limit: string; zone: string }): string {
   const found: Words | undefined = LIMITS[one.limit as keyof typeof LIMITS];
   return found === undefined ? one.limit : t(found, { zone: one.zone });
 }

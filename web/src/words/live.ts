@@ -1,3 +1,4 @@
+import type { HomingPhase } from "../generated/api.ts";
 import { t, words, type Words } from "./index.ts";
 
 export const LIVE = words({
@@ -81,8 +82,7 @@ export const LIVE = words({
   reachable: ["The robot reaches this point.", "El robot alcanza este punto."],
 });
 
-/** The phases of a homing (maya_un.controller.protocol.HOMING_PHASES), and of the primitives. */
-export const PHASES: Record<string, Words> = {
+const HOMING_PHASES: Record<HomingPhase, Words> = {
   raise: ["raise the gripper", "subir la pinza"],
   datum_a: ["find the switch of axis a", "buscar el interruptor del eje a"],
   datum_b: ["find the switch of line b", "buscar el interruptor del cable b"],
@@ -90,6 +90,10 @@ export const PHASES: Record<string, Words> = {
   stroke_b: ["measure line b", "medir el cable b"],
   stroke_c: ["measure line c", "medir el cable c"],
   pose: ["drive to the rest pose", "ir a la pose de reposo"],
+};
+
+/** The phases of a homing, and of the primitives. */
+export const PHASES: Record<string, Words> = { ...HOMING_PHASES,
   home: ["home", "referenciar"],
   open: ["open the gripper", "abrir la pinza"],
   close: ["close the gripper", "cerrar la pinza"],

@@ -1,3 +1,4 @@
+import type { AuditedOperation, RoleName } from "../generated/api.ts";
 import { t, words, type Words } from "./index.ts";
 
 export const PEOPLE = words({
@@ -143,34 +144,30 @@ export const PEOPLE = words({
   installInsecure: ["To install Maya as an app on this device, open it over https.", "Para instalar Maya como aplicación en este dispositivo, ábrala por https."],
 });
 
-export const ROLES: Record<string, Words> = {
+export const ROLES: Record<RoleName, Words> = {
   viewer: ["viewer", "observador"],
   student: ["student", "estudiante"],
   operator: ["operator", "operador"],
   admin: ["administrator", "administrador"],
 };
 
-export const ROLE_MEANING: Record<string, Words> = {
+const ROLE_MEANING: Record<RoleName, Words> = {
   viewer: ["reads everything and may stop the robot", "lee todo y puede parar el robot"],
   student: ["proposes jobs, and drives when an operator offers control", "propone trabajos y mueve el robot cuando un operador le ofrece el control"],
   operator: ["drives the robot, changes the queue and approves jobs", "mueve el robot, cambia la cola y aprueba trabajos"],
   admin: ["drives the robot, manages users and tokens, and reads the audit log", "mueve el robot, gestiona usuarios y tokens, y lee el registro de auditoría"],
 };
 
-/** Returns the word for a role; one that is not known here unchanged. */
-export function roleName(role: string): string {
-  const known = ROLES[role];
-  return known === undefined ? role : t(known);
+export function roleName(role: RoleName): string {
+  return t(ROLES[role]);
 }
 
-/** Returns what a role may do, "" for one that is not known here. */
-export function roleMeaning(role: string): string {
-  const known = ROLE_MEANING[role];
-  return known === undefined ? "" : t(known);
+/** Returns what a role may do. */
+export function roleMeaning(role: RoleName): string {
+  return t(ROLE_MEANING[role]);
 }
 
-/** The operations of the audit log (docs/reference/roles.md); others are shown by their names. */
-export const OPERATIONS: Record<string, Words> = {
+const OPERATIONS: Record<AuditedOperation, Words> = {
   stop: ["stop", "parar"],
   abort: ["stop without deceleration", "parar sin desaceleración"],
   propose: ["propose a job", "proponer un trabajo"],
@@ -184,6 +181,7 @@ export const OPERATIONS: Record<string, Words> = {
   resume: ["resume", "reanudar"],
   speed: ["change the speed", "cambiar la velocidad"],
   recover: ["clear a fault", "borrar un fallo"],
+  datum: ["give or confirm the position", "indicar o confirmar la posición"],
   step: ["run one step", "ejecutar un paso"],
   graph: ["take part in the ROS graph", "participar en el grafo de ROS"],
   restart: ["decide about an interrupted job", "decidir sobre un trabajo interrumpido"],
@@ -191,14 +189,26 @@ export const OPERATIONS: Record<string, Words> = {
   zones: ["change the zones", "cambiar las zonas"],
   teach: ["teach a place", "enseñar un lugar"],
   lease: ["ask for or release control", "pedir o soltar el control"],
+  renew: ["keep control", "conservar el control"],
   drive: ["take or offer control", "tomar u ofrecer el control"],
   break: ["take control by force", "quitar el control"],
   record: ["save a recording", "guardar una grabación"],
+  configure: ["change the configuration", "cambiar la configuración"],
   backup: ["back up", "respaldar"],
   audit: ["read the audit log", "leer el registro"],
+  diagnose: ["read the log of the program, or run the checks", "leer el registro del programa o ejecutar las comprobaciones"],
+  inject: ["switch a fault of the twin", "activar o quitar un fallo del gemelo"],
+  calibrate: ["calibrate", "calibrar"],
+  terminal: ["send a command to the controller", "enviar una orden al controlador"],
   users: ["manage users", "gestionar usuarios"],
   me: ["change the own account", "cambiar la cuenta propia"],
   read: ["read", "leer"],
   preview: ["preview a job", "previsualizar un trabajo"],
   "sign in": ["sign in", "entrar"],
 };
+
+/** Returns an operation of the audit log in words; one of another version of the service by its name. */
+export function operationText(operation: string): string {
+  const known = OPERATIONS[operation as AuditedOperation] as Words | undefined;
+  return known === undefined ? operation : t(known);
+}

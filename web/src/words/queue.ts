@@ -1,4 +1,4 @@
-import type { QueueMode } from "../generated/api.ts";
+import type { PauseReason, QueueMode } from "../generated/api.ts";
 import { PRIMITIVES } from "./common.ts";
 import { words, type Words } from "./index.ts";
 
@@ -157,7 +157,7 @@ export const QUEUE_MODES: Record<QueueMode, Words> = {
 };
 
 /** Why a queue is paused (docs/explanation/the-queue.md, "What pauses it"); `asked` is not here, because its sentence has the user's name. */
-export const REASONS: Record<string, Words> = {
+export const REASONS: Record<Exclude<PauseReason, "asked">, Words> = {
   step: ["Paused after one step.", "En pausa tras un paso."],
   stop: ["Paused because somebody stopped the robot.", "En pausa porque alguien paró el robot."],
   fault: ["Paused by a fault of the robot.", "En pausa por un fallo del robot."],
