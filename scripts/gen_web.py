@@ -1,4 +1,4 @@
-"""Writes what the dashboard takes from the code: the types of the HTTP interface and the sentences of events.
+"""Writes what the dashboard takes from the code: the types of the HTTP interface, codes of errors, sentences of events.
 
 With --check it writes nothing and names the files that are stale.
 """
@@ -18,6 +18,7 @@ from pydantic import TypeAdapter
 
 from dmc41x3.i18n import LANGUAGES
 from maya_un.controller.protocol import HOMING_PHASES
+from maya_un.errors import by_code, requests
 from maya_un.events import DECLARED
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
@@ -64,6 +65,7 @@ def written() -> dict[str, str]:
     """Return every file by its name."""
     return {
         "api.ts": api(),
+        "codes.ts": codes(),
         "events.json": events(),
     }
 
@@ -88,6 +90,16 @@ def api() -> str:
     for name, (meaning, words) in VOCABULARIES.items():
         union = " | ".join(json.dumps(word) for word in words)
         parts.append(f"\n/** {meaning} */\nexport type {name} = {union};\n")
+    return "".join(parts)
+
+
+def codes() -> str:
+    """Return the code of each error by its name, one constant each: a page takes only those that it names."""
+    found = by_code()
+    family = min(code for code, error in found.items() if error.__module__ == requests.__name__) // 1000 * 1000
+    parts = [NOTE, *(f"export const {error.__name__} = {code};\n" for code, error in sorted(found.items()))]
+    parts.append("\n/** Errors with smaller codes are about the link and the motion. */\n")
+    parts.append(f"export const FIRST_REQUEST = {family};\n")
     return "".join(parts)
 
 

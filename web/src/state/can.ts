@@ -2,6 +2,7 @@ import { computed, shallowRef } from "vue";
 import { ask } from "../api/ask.ts";
 import { leaseId } from "../api/lease.ts";
 import type { Action, LeaseView, Me } from "../generated/api.ts";
+import { LeaseNeeded } from "../generated/codes.ts";
 import { COMMON } from "../words/common.ts";
 import { t } from "../words/index.ts";
 import { useLoaded } from "./load.ts";
@@ -19,15 +20,13 @@ export const { read: refresh } = useLoaded(
   [leaseId, () => state.value?.mode, () => queue.value?.mode, () => queue.value?.running?.id, latestEvent({ kind: "lease" })],
 );
 
-/** Nobody has control. On the page a button takes it; the words of the service name a command. */
-const LEASE_NEEDED = 4104;
-
 /** Returns why an action is not possible now, "" if it is. */
 export function whyNot(action: Action): string {
   if (connection.value === "lost") return t(COMMON.offline);
   const notice = can.value?.actions[action];
   if (!notice) return "";
-  return notice.code === LEASE_NEEDED ? t(COMMON.controlFirst) : translated(notice.message);
+  // on the page a button takes control; the words of the service name a command
+  return notice.code === LeaseNeeded ? t(COMMON.controlFirst) : translated(notice.message);
 }
 
 /** Whether this tab may drive: it holds the lease, or nobody needs one. */

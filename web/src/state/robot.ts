@@ -2,6 +2,7 @@ import { computed, onMounted, onUnmounted, ref, shallowRef, watch } from "vue";
 import { dropLease } from "../api/lease.ts";
 import { keepToken, token } from "../api/session.ts";
 import type { EventMessage, FleetView, LinkView, MotionView, NearestLimits, Permissions, Point, QueueView, Signals, State, TableView, Topics } from "../generated/api.ts";
+import { NotSignedIn } from "../generated/codes.ts";
 import { HIDDEN_RATE, RATE, Stream, type Hello } from "../stream/stream.ts";
 import { language } from "../words/index.ts";
 
@@ -105,7 +106,7 @@ export const stream = new Stream(url(), Object.keys(ALWAYS) as (keyof Topics)[],
     dropLease();
     current.value = false;
     for (const reader of stateReaders) reader(null);
-    if (code === 4101) {
+    if (code === NotSignedIn) {
       keepToken("");
       connection.value = "signed out";
       return;

@@ -1,4 +1,5 @@
 import type { EventMessage, Operations, State, Topics } from "../generated/api.ts";
+import { EventsForgotten, NotSignedIn, RequestLate } from "../generated/codes.ts";
 
 /** A refusal of the service: a stable code, a sentence, and the values in the sentence. */
 export class Refusal extends Error {
@@ -62,9 +63,6 @@ const SILENCE = 12_000;
 
 /** How often the clock of the stream is asked for [ms]: those of two computers differ by some ms a minute. */
 const CLOCK_PERIOD = 60_000;
-
-/** The service refused a request because it arrived late. */
-const REQUEST_LATE = 4023;
 
 const FIRST_DELAY = 250;
 const LONGEST_DELAY = 4000;
@@ -228,7 +226,7 @@ export class Stream {
   private closed(code: number): void {
     this.reset();
     this.handlers.lost(code, this.refusal);
-    const final = code === 4101; // the token is not valid: the page asks for another one
+    const final = code === NotSignedIn; // the token is not valid: the page asks for another one
     if (!this.wanted || final) return;
     this.retry = setTimeout(() => this.connect(), this.delay);
     this.delay = Math.min(this.delay * 2, LONGEST_DELAY);
@@ -241,7 +239,7 @@ export class Stream {
     this.waiting.delete(message.id as number);
     if (message.type === "error") {
       const refusal = refusalOf(message, 0);
-      if (refusal.code === REQUEST_LATE) this.askClock(); // the clock of this page may have stood still while the computer slept
+      if (refusal.code === RequestLate) this.askClock(); // the clock of this page may have stood still while the computer slept
       request.reject(refusal);
     } else {
       request.resolve(message);
@@ -286,7 +284,7 @@ export class Stream {
         break;
       case "error":
         this.refusal = refusalOf(message, 0);
-        if (this.refusal.code === 4013) this.skipPast(message);
+        if (this.refusal.code === EventsForgotten) this.skipPast(message);
         break;
       default:
         if ((this.followed as Set<string>).has(message.type)) {
