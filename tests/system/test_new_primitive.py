@@ -113,6 +113,14 @@ def test_client_has_it_once_its_methods_are_generated(tree: Path, environment: d
     assert "Touch a taught place or x, y, z [m] from above" in said
 
 
+def test_dashboard_has_its_blocks_and_asks_for_its_words(tree: Path, environment: dict[str, str]) -> None:
+    generate = [sys.executable, str(tree / "scripts" / "gen_web.py")]
+    assert subprocess.run(generate, env={**os.environ, **environment}, capture_output=True, check=False).returncode == 0
+    said = (tree / "web" / "src" / "generated" / "primitives.ts").read_text(encoding="utf-8")
+    assert 'tap: { kind: "target", key: "target", travels: true }' in said
+    assert 'rotate: { kind: "switch", on: "on", off: "off", key: "on", travels: false }' in said
+
+
 def test_http_describes_it(tree: Path, environment: dict[str, str]) -> None:
     said = python(
         "from maya_un.http.openapi import job_schema, task_schema; print(task_schema(), job_schema())",

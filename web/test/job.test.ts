@@ -1,5 +1,5 @@
 import { expect, test } from "vitest";
-import { bodyAsJob, firstGap, freshName, newestByName, newStep, palletOf, percentOf, readStep, readTarget, renamed, stepOfKey, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
+import { bodyAsJob, firstGap, freshName, newestByName, newStep, palletOf, percentOf, readStep, readTarget, renamed, stepOf, stepOfKey, taskOf, tidy, trimmed, withName, withoutName, withoutStep, writeStep, writeTarget, type JobData } from "../src/parts/job.ts";
 
 const JOB: JobData = {
   name: "one cube",
@@ -167,4 +167,24 @@ test("leaves out a step, but none of a loop or of a repeated job", () => {
 test("of jobs with one name the newest is offered", () => {
   const lines = [{ id: 5, name: "sort" }, { id: 4, name: "" }, { id: 3, name: "fill" }, { id: 2, name: "sort" }];
   expect(newestByName(lines).map((one) => one.id)).toEqual([5, 3]);
+});
+
+test.each([
+  ["home", null, { command: "home" }, "home"],
+  ["pick", "cube", { command: "pick", target: "cube" }, { pick: "cube" }],
+  ["move", [0, 1.8, 1.7], { command: "move", joints: [0, 1.8, 1.7] }, { move: [0, 1.8, 1.7] }],
+  ["gripper", true, { command: "gripper", open: true }, { gripper: "open" }],
+  ["gripper", false, { command: "gripper", open: false }, { gripper: "close" }],
+] as const)("%s with %j is a task, a step, and the body of a job", (command, value, task, step) => {
+  expect(taskOf(command, value)).toEqual(task);
+  expect(stepOf(taskOf(command, value)!)).toEqual(step);
+  expect(bodyAsJob({ wish: task }).steps).toEqual([step]);
+});
+
+test("a task is not complete until its argument is", () => {
+  for (const command of ["pick", "move"] as const) expect(taskOf(command, null)).toBeNull();
+});
+
+test.each([["home", "home"], ["gripper", { gripper: "open" }], ["line", { line: null }]])("a new %s is %j", (command, step) => {
+  expect(newStep(JOB, command)).toEqual(step);
 });

@@ -1,4 +1,5 @@
 import type { Job, JobLine, Step as JobStep, Task } from "../generated/api.ts";
+import { DECLARED, STATEMENTS, type Primitive, type PrimitiveName } from "../generated/primitives.ts";
 
 /**
  * A job as plain data, as the service parses and formats it. Blocks are a view of its steps: nothing else is kept, so
@@ -13,14 +14,22 @@ export type JobData = Omit<Job, "steps" | "parts" | "places"> & {
 /** A step as plain data: "home", `{pick: …}` or `{for_each: …, do: […]}`. */
 export type Step = unknown;
 
-/** The statements that have blocks (maya_un.process.spec.statements). */
-export const STATEMENTS: readonly string[] = ["wait", "set", "wait_for", "ask"];
+type Statement = (typeof STATEMENTS)[number];
 
-/** The steps that have blocks of their own (maya_un.robot.primitives, and statements). Others are shown, and changed in the text. */
-export const COMMANDS: readonly string[] = ["home", "pick", "place", "approach", "line", "move", "gripper", ...STATEMENTS];
+/** The steps that have blocks of their own. Others are shown, and changed in the text. */
+export const COMMANDS = [...(Object.keys(DECLARED) as PrimitiveName[]), ...STATEMENTS] as const;
 
-/** The steps that travel, so that they may have a share of the speed. */
-export const TRAVELS: readonly string[] = ["pick", "place", "approach", "line", "move"];
+/** Returns the declaration of a primitive, null for another step. */
+export function primitiveOf(command: string): Primitive | null {
+  return Object.hasOwn(DECLARED, command) ? DECLARED[command as PrimitiveName] : null;
+}
+
+export function isStatement(command: string): command is Statement {
+  return (STATEMENTS as readonly string[]).includes(command);
+}
+
+/** Whether a step is written as its command alone. */
+const isBare = (command: string) => primitiveOf(command)?.kind === "nothing";
 
 export const EMPTY: JobData = { steps: [] };
 
@@ -49,7 +58,7 @@ export function readStep(step: Step): StepParts {
   }
   if ("if" in step) return { command: "if", argument: step["if"], inner: listOf(step["then"]), otherwise: listOf(step["else"]) };
   const [command = "", argument = null] = Object.entries(step).find(([key]) => key !== "speed") ?? [];
-  return { command, argument: command === "home" ? true : argument, inner: null, speed: step["speed"] };
+  return { command, argument: isBare(command) ? true : argument, inner: null, speed: step["speed"] };
 }
 
 function listOf(steps: unknown): readonly Step[] {
@@ -59,7 +68,7 @@ function listOf(steps: unknown): readonly Step[] {
 export function writeStep(command: string, argument: unknown, inner: readonly Step[] | null = null, speed: unknown = undefined, otherwise: readonly Step[] = []): Step {
   if (command === "if") return { if: argument, then: inner ?? [], ...(otherwise.length > 0 ? { else: otherwise } : {}) };
   if (inner !== null) return { for_each: argument, do: inner };
-  if (command === "home") return "home";
+  if (isBare(command)) return command;
   return speed === undefined || speed === null ? { [command]: argument } : { [command]: argument, speed };
 }
 
@@ -146,8 +155,8 @@ function isIncomplete(step: Step): boolean {
 }
 
 function isOpen(command: string, argument: unknown): boolean {
-  if ((command === "if" || STATEMENTS.includes(command)) && isMapping(argument)) return [null, ""].some((empty) => Object.values(argument).includes(empty));
-  return command !== "home" && (argument === null || argument === undefined || argument === "" || hasHole(argument));
+  if ((command === "if" || isStatement(command)) && isMapping(argument)) return [null, ""].some((empty) => Object.values(argument).includes(empty));
+  return !isBare(command) && (argument === null || argument === undefined || argument === "" || hasHole(argument));
 }
 
 function hasHole(place: unknown): boolean {
@@ -199,7 +208,7 @@ export function renamed(job: JobData, group: NameGroup, old: string, name: strin
 function retargeted(step: Step, old: string, name: string): Step {
   const { command, argument, inner, speed, otherwise } = readStep(step);
   if (inner !== null) return writeStep(command, argument, inner.map((one) => retargeted(one, old, name)), speed, otherwise?.map((one) => retargeted(one, old, name)));
-  return argument === old && !STATEMENTS.includes(command) ? writeStep(command, name, null, speed) : step;
+  return argument === old && !isStatement(command) ? writeStep(command, name, null, speed) : step;
 }
 
 /** Removes a part or place. Steps that name it keep the name, and the service refuses it as unknown. */
@@ -208,19 +217,24 @@ export function withoutName(job: JobData, group: NameGroup, name: string): JobDa
   return tidy({ ...job, [group]: rest });
 }
 
+/** New statements; those with a gap are not complete. */
+const NEW: Record<Statement | "if", Step> = {
+  wait: { wait: 1 },
+  set: { set: { output: null, to: "on" } },
+  wait_for: { wait_for: { input: null, is: "on" } },
+  ask: { ask: null },
+  if: { if: { input: null, is: "on" }, then: [] },
+};
+
 /** Returns a new step of a command for the end of a job: a pick takes the first part that no step has picked yet. */
 export function newStep(job: JobData, command: string, within: string | null = null): Step {
-  if (command === "home") return "home";
-  if (command === "gripper") return { gripper: "open" };
-  if (command === "wait") return { wait: 1 };
-  if (command === "set") return { set: { output: null, to: "on" } };
-  if (command === "wait_for") return { wait_for: { input: null, is: "on" } };
-  if (command === "if") return { if: { input: null, is: "on" }, then: [] };
+  if (isStatement(command) || command === "if") return NEW[command];
   if (command === "for_each") return { for_each: Object.keys(job.pallets ?? {})[0] ?? null, do: [{ pick: null }] };
   if (command === "pick" && within !== null) return { pick: `${within}[each]` };
   if (command === "pick") return { pick: firstUnused(job, "pick", Object.keys(job.parts ?? {})) };
   if (command === "place") return { place: firstUnused(job, "place", Object.keys(job.places ?? {})) };
-  return { [command]: null };
+  const primitive = primitiveOf(command);
+  return writeStep(command, primitive?.kind === "switch" ? primitive.on : null);
 }
 
 function firstUnused(job: JobData, command: string, names: string[]): string | null {
@@ -236,10 +250,21 @@ export function palletOf(cells: unknown): string {
 
 /** Returns the step of a job that does the same as a task. */
 export function stepOf(task: Task): JobStep | "home" {
-  if (task.command === "home" || task.command === "can_teleop") return "home";
-  if (task.command === "gripper") return { gripper: task.open ? "open" : "close" };
-  if (task.command === "move") return { move: task.joints } as JobStep;
-  return { [task.command]: task.target } as JobStep;
+  return writeStep(task.command, argumentOf(task)) as JobStep | "home";
+}
+
+/** Returns the argument of a task as a step has it, null without one. */
+function argumentOf(task: Record<string, unknown>): unknown {
+  const primitive = primitiveOf(String(task["command"]));
+  const value = primitive === null ? null : (task[primitive.key] ?? null);
+  return primitive?.kind === "switch" ? (value === true ? primitive.on : primitive.off) : value;
+}
+
+/** Returns the task of a primitive with this value of its argument, null while the value is not complete. */
+export function taskOf(command: PrimitiveName, value: unknown): Task | null {
+  const { kind, key } = DECLARED[command];
+  if (kind === "nothing") return { command } as Task;
+  return value === null ? null : ({ command, [key]: value } as Task);
 }
 
 /** Returns the body of an accepted job as a job: a single command (key `wish`) becomes a job of one step. */
@@ -250,8 +275,7 @@ export function bodyAsJob(body: Record<string, unknown>): JobData {
     return tidy({ ...job, steps: job.steps.map(plain) });
   }
   const command = String(single["command"]);
-  const argument = command === "gripper" ? (single["open"] === true ? "open" : "close") : (single["target"] ?? single["joints"] ?? null);
-  return { name: command, steps: [writeStep(command, argument)] };
+  return { name: command, steps: [writeStep(command, argumentOf(single))] };
 }
 
 /** Returns the newest job of each name; jobs without a name are left out. `lines` are newest first. */

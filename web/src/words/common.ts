@@ -75,19 +75,6 @@ export const COMMON = words({
   no: ["No", "No"],
 });
 
-export const PRIMITIVES = words({
-  pick: ["Pick", "Recoger"],
-  place: ["Place", "Colocar"],
-  approach: ["Approach", "Aproximar"],
-  line: ["Line", "Línea recta"],
-  move: ["Move joints", "Mover articulaciones"],
-  gripper: ["Gripper", "Pinza"],
-  home: ["Home", "Referenciar"],
-});
-
-/** The actions of the gripper, in steps of jobs. */
-export const GRIPPER = words({ open: ["open", "abrir"], close: ["close", "cerrar"] });
-
 export const MODES: Record<Mode, Words> = {
   disconnected: ["No controller", "Sin controlador"],
   not_homed: ["Not homed", "Sin referenciar"],

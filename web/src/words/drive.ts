@@ -1,5 +1,4 @@
-import type { PRIMITIVES } from "./common.ts";
-import { words, type Words } from "./index.ts";
+import { words } from "./index.ts";
 
 /** Texts of the page Drive, and of going to a place from other pages. */
 export const DRIVE = words({
@@ -78,14 +77,3 @@ export const DRIVE = words({
   stickPlane: ["Stick for x and y", "Palanca para x e y"],
   stickHeight: ["Stick for z", "Palanca para z"],
 });
-
-/** The effect of each primitive, in a sentence. */
-export const MEANINGS: Record<keyof typeof PRIMITIVES, Words> = {
-  pick: ["Opens the gripper, goes down to the target, takes the part and lifts it.", "Abre la pinza, baja al destino, recoge la pieza y la levanta."],
-  place: ["Carries the part over the target, goes down, opens the gripper and goes up.", "Lleva la pieza sobre el destino, baja, abre la pinza y sube."],
-  approach: ["Goes to the point above the target.", "Va al punto encima del destino."],
-  line: ["Goes straight to the target.", "Va en línea recta al destino."],
-  move: ["Goes to the target with all joints at once.", "Va al destino con todas las articulaciones a la vez."],
-  gripper: ["Opens or closes the gripper.", "Abre o cierra la pinza."],
-  home: ["Finds the switches of the axes and measures the position.", "Busca los interruptores de los ejes y mide la posición."],
-};

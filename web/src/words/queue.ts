@@ -1,6 +1,7 @@
 import type { PauseReason, QueueMode } from "../generated/api.ts";
-import { PRIMITIVES } from "./common.ts";
-import { words, type Words } from "./index.ts";
+import type { PrimitiveName, STATEMENTS } from "../generated/primitives.ts";
+import { t, words, type Words } from "./index.ts";
+import { PRIMITIVES } from "./primitives.ts";
 
 export const QUEUE = words({
   compose: ["Compose a job", "Componer un trabajo"],
@@ -90,7 +91,7 @@ export const QUEUE = words({
   graspHint: ["Without z, the height is the grasp height of the cell.", "Sin z, la altura es la de agarre de la celda."],
   takeHere: ["Take the position of the gripper", "Tomar la posición de la pinza"],
   noPosition: ["The position of the robot is not known.", "No se conoce la posición del robot."],
-  gripper: ["What the gripper does in step {number}", "Qué hace la pinza en el paso {number}"],
+  switched: ["{command} in step {number}", "{command} en el paso {number}"],
   loopOver: ["The pallet of the loop in step {number}", "El palé del bucle del paso {number}"],
   loopCells: ["every cell of {name}", "cada celda de {name}"],
   loopPart: ["cells {name}", "celdas {name}"],
@@ -167,8 +168,8 @@ export const REASONS: Record<Exclude<PauseReason, "asked">, Words> = {
   restart: ["Paused because the service was started again.", "En pausa porque el servicio se reinició."],
 };
 
-/** The primitives in jobs, as blocks. */
-export const COMMANDS: Record<string, Words> = { ...PRIMITIVES,
+/** The steps of jobs, as blocks. */
+export const COMMANDS: Record<PrimitiveName | (typeof STATEMENTS)[number] | "if" | "for_each", Words> = { ...PRIMITIVES,
   wait: ["Wait", "Esperar"],
   set: ["Set output", "Fijar salida"],
   wait_for: ["Wait for input", "Esperar entrada"],
@@ -176,3 +177,8 @@ export const COMMANDS: Record<string, Words> = { ...PRIMITIVES,
   if: ["If", "Si"],
   for_each: ["For each", "Para cada"],
 };
+
+/** Returns the name of a step; one without words unchanged. */
+export function commandText(command: string): string {
+  return Object.hasOwn(COMMANDS, command) ? t(COMMANDS[command as keyof typeof COMMANDS]) : command;
+}

@@ -1,10 +1,9 @@
 import { computed, reactive } from "vue";
 import type { Point, Task } from "../../generated/api.ts";
+import { DECLARED, type PrimitiveName } from "../../generated/primitives.ts";
+import { taskOf } from "../../parts/job.ts";
 import { cellOf, pallets, poses } from "../../state/places.ts";
 import { table } from "../../state/robot.ts";
-import type { PRIMITIVES } from "../../words/common.ts";
-
-export type PrimitiveName = keyof typeof PRIMITIVES;
 
 /** A single primitive with its target, as the page Drive holds it. It stays while the page is left. */
 export const draft = reactive({
@@ -21,12 +20,15 @@ export const draft = reactive({
   open: true,
 });
 
-/** Whether a primitive has a target, and whether coordinates can be one. */
-export const hasTarget = (primitive: PrimitiveName) => primitive !== "home" && primitive !== "gripper";
+/** Whether a primitive goes to joints, not to coordinates. */
+export const toJoints = (primitive: PrimitiveName) => DECLARED[primitive].kind === "joints";
 
-/** Returns how the target is given: joints are for `move` alone, which takes no coordinates. */
+/** Whether a primitive has a target. */
+export const hasTarget = (primitive: PrimitiveName) => DECLARED[primitive].kind === "target" || toJoints(primitive);
+
+/** Returns how the target is given. */
 export function wayOf(primitive: PrimitiveName, by: typeof draft.by): typeof draft.by {
-  if (primitive === "move") return by === "name" ? "name" : "joints";
+  if (toJoints(primitive)) return by === "name" ? "name" : "joints";
   return by === "joints" ? "coordinates" : by;
 }
 
@@ -69,9 +71,6 @@ const joints = computed<number[] | string | null>(() => {
 
 /** The task to do, null while its target is not complete. */
 export const task = computed<Task | null>(() => {
-  const { primitive } = draft;
-  if (primitive === "home") return { command: "home" };
-  if (primitive === "gripper") return { command: "gripper", open: draft.open };
-  if (primitive === "move") return joints.value === null ? null : { command: "move", joints: joints.value };
-  return target.value === null ? null : { command: primitive, target: target.value };
+  const { kind } = DECLARED[draft.primitive];
+  return taskOf(draft.primitive, kind === "switch" ? draft.open : kind === "joints" ? joints.value : target.value);
 });

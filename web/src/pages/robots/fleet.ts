@@ -1,7 +1,9 @@
 import type { FleetRobot, FleetStep, FleetView } from "../../generated/api.ts";
+import type { Primitive, PrimitiveName } from "../../generated/primitives.ts";
 import { angle, angleUnit, length, lengthUnit, place } from "../../look/units.ts";
-import { GRIPPER, PRIMITIVES } from "../../words/common.ts";
+import { primitiveOf } from "../../parts/job.ts";
 import { dateTime, t } from "../../words/index.ts";
+import { PRIMITIVES, SWITCH_STATES } from "../../words/primitives.ts";
 import { ROBOTS } from "../../words/robots.ts";
 
 /** The colour of a robot's state: the class of its pill. */
@@ -29,15 +31,15 @@ export function isQuiet(view: FleetView, now: number): boolean {
 export function described(step: FleetStep): string {
   if (step.command === null) return t(ROBOTS.step, { id: step.id.slice(0, 8) });
   if (step.command === "can_teleop") return t(ROBOTS.canTeleop);
-  const known = PRIMITIVES[step.command as keyof typeof PRIMITIVES];
-  const name = known === undefined ? step.command : t(known);
-  const values = valuesOf(step.args ?? {});
+  const known = primitiveOf(step.command);
+  const name = known === null ? step.command : t(PRIMITIVES[step.command as PrimitiveName]);
+  const values = valuesOf(known, step.args ?? {});
   return values === "" ? name : `${name} ${values}`;
 }
 
-function valuesOf(args: Record<string, unknown>): string {
+function valuesOf(known: Primitive | null, args: Record<string, unknown>): string {
   const numbers = (...keys: string[]) => keys.map((key) => (typeof args[key] === "number" ? args[key] : null));
-  if (typeof args["open"] === "boolean") return t(args["open"] ? GRIPPER.open : GRIPPER.close);
+  if (known?.kind === "switch" && known.key in args) return t(SWITCH_STATES[args[known.key] === true ? known.on : known.off]);
   if ("x" in args) return place(numbers("x", "y", "z") as number[]);
   if (!("a" in args)) return "";
   const [a, b, c] = numbers("a", "b", "c");
