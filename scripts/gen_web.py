@@ -16,7 +16,7 @@ from typing import Any, cast, get_args
 
 from pydantic import TypeAdapter
 
-from dmc41x3.i18n import LANGUAGES
+from dmc41x3.i18n import LANGUAGES, translations
 from maya_un.controller.protocol import HOMING_PHASES
 from maya_un.errors import by_code, requests
 from maya_un.events import DECLARED
@@ -24,6 +24,7 @@ from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.openapi import document
 from maya_un.http.stream.topics import TOPICS
+from maya_un.kinematics.limits import NAMES
 from maya_un.process.spec.job import SKILLS
 from maya_un.process.spec.statements import STATEMENTS
 from maya_un.recorder.recorder import REASONS
@@ -70,6 +71,7 @@ def written() -> dict[str, str]:
     return {
         "api.ts": api(),
         "codes.ts": codes(),
+        "limits.ts": limits(),
         "primitives.ts": primitives(),
         "events.json": events(),
     }
@@ -105,6 +107,14 @@ def codes() -> str:
     parts.append("\n/** Errors with smaller codes are about the link and the motion. */\n")
     parts.append(f"export const FIRST_REQUEST = {family};\n")
     return "".join(parts)
+
+
+def limits() -> str:
+    """Return the names of the limits of the workspace in every language."""
+    lines = (
+        f"  {name}: {json.dumps([*translations(text).values()], ensure_ascii=False)},\n" for name, text in NAMES.items()
+    )
+    return f"{NOTE}export const LIMITS = {{\n{''.join(lines)}}} as const;\n"
 
 
 def primitives() -> str:

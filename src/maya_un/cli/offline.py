@@ -10,12 +10,13 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from dmc41x3.i18n import marked, translate, translate_phrase
+from dmc41x3.i18n import translate, translate_phrase
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import OutputUnits, units_of
 from maya_un.errors import MayaError
+from maya_un.kinematics.limits import NAMES
 from maya_un.kinematics.ranges import Ranges
 from maya_un.manual import default_path
 from maya_un.quantities import joints_of, point_of
@@ -166,22 +167,8 @@ def _reach_text(found: Reach, language: str, units: OutputUnits) -> str:
     )
 
 
-_LIMITS = {
-    "coupling": marked("lines b and c meet"),
-    "boom": marked("range of the boom"),
-    "inner": marked("inner anchor"),
-    "outer": marked("outer anchor"),
-    "floor": marked("table top"),
-    "line_b": marked("ends of line b"),
-    "line_c": marked("ends of line c"),
-    "tension_b": marked("tension of line b"),
-    "tension_c": marked("tension of line c"),
-    "zone": marked("zone {zone}"),
-}
-
-
 def _limit_text(distance: Distance, language: str) -> str:
-    return translate(_LIMITS[distance.limit], language, zone=distance.zone)
+    return translate(NAMES[distance.limit], language, zone=distance.zone)
 
 
 def _margin_text(distance: Distance, language: str, units: OutputUnits) -> str:

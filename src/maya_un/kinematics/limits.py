@@ -40,6 +40,27 @@ MEASURED: tuple[Limit, ...] = tuple(Limit(name) for name in Margins._fields if n
 """The limits to which `Margins` has a distance, without zones."""
 
 
+NAMES: dict[str, str] = {
+    Limit.COUPLING: marked("lines b and c meet"),
+    Limit.BOOM: marked("range of the boom"),
+    Limit.INNER: marked("inner anchor"),
+    Limit.OUTER: marked("outer anchor"),
+    Limit.FLOOR: marked("table top"),
+    Limit.LINE_B: marked("ends of line b"),
+    Limit.LINE_C: marked("ends of line c"),
+    Limit.TENSION_B: marked("tension of line b"),
+    Limit.TENSION_C: marked("tension of line c"),
+    Limit.ZONE: marked("zone {zone}"),
+    "boom_start": marked("start of the boom's range"),
+    "boom_end": marked("end of the boom's range"),
+    "line_b_short": marked("shortest length of line b"),
+    "line_b_long": marked("greatest length of line b"),
+    "line_c_short": marked("shortest length of line c"),
+    "line_c_long": marked("greatest length of line c"),
+}
+"""The limits to which messages give a distance, as people read them: `MEASURED`, zones, and both ends of each axis."""
+
+
 def unit(limit: Limit) -> MarginUnit:
     """Return the unit of the distance to a limit."""
     match limit:

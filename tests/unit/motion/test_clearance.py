@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from maya_un.errors import Unreachable
+from maya_un.kinematics.limits import MEASURED, NAMES
 from maya_un.kinematics.zones import Box, HalfSpace
 from maya_un.motion.clearance import LIMITS, ClosestApproach, closest, highest, lowest
-from maya_un.values import Joints, Point
+from maya_un.values import Joints, Limit, Point
 from tests.strategies import WORKSPACE
 
 MAYA = WORKSPACE.mechanism
@@ -109,3 +110,7 @@ def test_the_extremes_of_standing_still_are_the_place() -> None:
 def test_lines_that_cannot_meet_have_no_highest_place() -> None:
     with pytest.raises(Unreachable, match="cannot meet"):
         highest(MAYA, [Joints(0.0, 1.25, 1.25), Joints(0.0, 0.9, 0.9)])
+
+
+def test_every_limit_with_a_distance_has_a_name() -> None:
+    assert set(NAMES) == {*MEASURED, Limit.ZONE, *LIMITS}

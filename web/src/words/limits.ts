@@ -1,32 +1,12 @@
 import type { Distance } from "../generated/api.ts";
+import { LIMITS } from "../generated/limits.ts";
 import { angle, angleUnit, fixed, length, lengthUnit } from "../look/units.ts";
 import { COMMON } from "./common.ts";
-import { t, words, type Words } from "./index.ts";
-
-/** The limits of the workspace, by their names in messages. */
-const LIMITS = words({
-  coupling: ["lines b and c meet", "los cables b y c se encuentran"],
-  boom: ["range of the boom", "rango de giro del brazo"],
-  inner: ["inner anchor", "anclaje interior"],
-  outer: ["outer anchor", "anclaje exterior"],
-  floor: ["table top", "mesa"],
-  line_b: ["ends of line b", "extremos del cable b"],
-  line_c: ["ends of line c", "extremos del cable c"],
-  tension_b: ["tension of line b", "tensión del cable b"],
-  tension_c: ["tension of line c", "tensión del cable c"],
-  boom_start: ["start of the boom's range", "inicio del giro del brazo"],
-  boom_end: ["end of the boom's range", "final del giro del brazo"],
-  line_b_short: ["shortest length of line b", "longitud mínima del cable b"],
-  line_b_long: ["greatest length of line b", "longitud máxima del cable b"],
-  line_c_short: ["shortest length of line c", "longitud mínima del cable c"],
-  line_c_long: ["greatest length of line c", "longitud máxima del cable c"],
-  zone: ["zone {zone}", "zona {zone}"],
-});
+import { t } from "./index.ts";
 
 /** Returns the name of a limit; a zone with its own name. */
 export function limitName(one: { limit: string; zone: string }): string {
-  const found: Words | undefined = LIMITS[one.limit as keyof typeof LIMITS];
-  return found === undefined ? one.limit : t(found, { zone: one.zone });
+  return Object.hasOwn(LIMITS, one.limit) ? t(LIMITS[one.limit as keyof typeof LIMITS], { zone: one.zone }) : one.limit;
 }
 
 /** Returns a margin with its unit. */
