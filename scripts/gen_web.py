@@ -1,4 +1,4 @@
-"""Writes what the dashboard takes from the code: types of the HTTP interface, codes, primitives, sentences of events.
+"""Writes what the dashboard takes from the code: types and bounds of the HTTP interface, codes, primitives, sentences.
 
 With --check it writes nothing and names the files that are stale.
 """
@@ -48,6 +48,21 @@ VOCABULARIES: dict[str, tuple[str, Iterable[str]]] = {
 }
 """Closed vocabularies that no message names, by the names of their types: their meaning and their words."""
 
+_SCHEMAS = ("components", "schemas")
+_TEXTS = (*_SCHEMAS, "Texts", "properties", "texts")
+_ASK = (*_SCHEMAS, "Step", "properties", "ask", "anyOf", 1, "properties")
+
+BOUNDS: dict[str, tuple[str | int, ...]] = {
+    "MOST_TEXTS": (*_TEXTS, "maxItems"),
+    "LONGEST_TEXT": (*_TEXTS, "items", "maxLength"),
+    "LONGEST_NAME": (*_SCHEMAS, "Job", "properties", "parts", "propertyNames", "maxLength"),
+    "LONGEST_NOTES": ("paths", "/v1/jobs", "post", "parameters", "notes", "schema", "maxLength"),
+    "LONGEST_QUESTION": (*_ASK, "question", "maxLength"),
+    "MOST_CHOICES": (*_ASK, "choices", "maxItems"),
+    "LONGEST_ANSWER": (*_ASK, "choices", "items", "maxLength"),
+}
+"""Bounds of requests that pages keep, and their paths in the OpenAPI document."""
+
 _NAMES = {"integer": "number", "number": "number", "string": "string", "boolean": "boolean", "null": "null"}
 
 
@@ -68,8 +83,11 @@ def main(arguments: list[str]) -> int:
 
 def written() -> dict[str, str]:
     """Return every file by its name."""
+    app = create_app(Bridge(cast("asyncio.AbstractEventLoop", None), cast("Service", None)))
+    described = json.loads(json.dumps(document(app)))
     return {
-        "api.ts": api(),
+        "api.ts": api(described),
+        "bounds.ts": bounds(described),
         "codes.ts": codes(),
         "limits.ts": limits(),
         "primitives.ts": primitives(),
@@ -77,10 +95,8 @@ def written() -> dict[str, str]:
     }
 
 
-def api() -> str:
-    """Return the types of all messages and operations."""
-    app = create_app(Bridge(cast("asyncio.AbstractEventLoop", None), cast("Service", None)))
-    data = json.loads(json.dumps(document(app)))
+def api(data: Mapping[str, Any]) -> str:
+    """Return the types of all messages and operations of the OpenAPI document `data`."""
     schemas = data["components"]["schemas"]
     sent = set(_named(schemas, [one.get("requestBody", {}) for one in _operations(data)]))
     sent -= set(_named(schemas, [one["responses"] for one in _operations(data)]))
@@ -97,6 +113,19 @@ def api() -> str:
     for name, (meaning, words) in VOCABULARIES.items():
         parts.append(f"\n/** {meaning} */\nexport type {name} = {_union(words)};\n")
     return "".join(parts)
+
+
+def bounds(data: Mapping[str, Any]) -> str:
+    """Return the bounds of `BOUNDS` in the OpenAPI document `data`."""
+    return "".join((NOTE, *(f"export const {name} = {_bound(data, path)};\n" for name, path in BOUNDS.items())))
+
+
+def _bound(data: Any, path: tuple[str | int, ...]) -> int:
+    """Return the number at a path of keys and indices; the key of a parameter is its name."""
+    for key in path:
+        named = {one["name"]: one for one in data} if isinstance(data, list) and isinstance(key, str) else data
+        data = cast("Any", named)[key]
+    return int(data)
 
 
 def codes() -> str:

@@ -1,5 +1,6 @@
 import { shallowReactive } from "vue";
 import { ask } from "../api/ask.ts";
+import { LONGEST_TEXT, MOST_TEXTS } from "../generated/bounds.ts";
 import { language } from "../words/index.ts";
 import { whenLive } from "./load.ts";
 import { connection } from "./robot.ts";
@@ -10,10 +11,6 @@ const MOST_KNOWN = 1000;
 
 /** English texts whose translation the page needs. */
 const wanted = new Set<string>();
-
-/** The limits of the operation: texts in one request, and characters of a text. */
-const AT_ONCE = 50;
-const LONGEST = 2000;
 
 let asking: Promise<void> | null = null;
 
@@ -36,7 +33,7 @@ export async function untilTranslated(text: string): Promise<void> {
 }
 
 function want(text: string): void {
-  if (text.length > LONGEST || wanted.size >= MOST_KNOWN) return;
+  if (text.length > LONGEST_TEXT || wanted.size >= MOST_KNOWN) return;
   wanted.add(text);
   asking ??= fetchWanted().finally(() => (asking = null));
 }
@@ -45,7 +42,7 @@ async function fetchWanted(): Promise<void> {
   await Promise.resolve(); // one request for all texts that a page shows at the same time
   try {
     while (wanted.size > 0 && connection.value === "live") {
-      const texts = [...wanted].slice(0, AT_ONCE);
+      const texts = [...wanted].slice(0, MOST_TEXTS);
       const found = await ask("POST /v1/translations", { body: { texts, language: "es" } });
       if (known.size > MOST_KNOWN) known.clear();
       for (const [i, text] of texts.entries()) {
