@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 from maya_un.cli.main import main
-from maya_un.plots.style import blank, house_style
+from maya_un.plots.style import blank, figure_style
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCE = ROOT / "src"
@@ -39,7 +39,7 @@ WAY = (
 
 def layers() -> Figure:
     """Draw the layers of the three packages; an upper layer may import the lower ones."""
-    with house_style():
+    with figure_style():
         figure = blank(11.0, 9.4)
         _draw_layers(_empty(figure))
     return figure
@@ -63,7 +63,7 @@ def _draw_layers(axes: Axes) -> None:
 def way() -> Figure:
     """Draw the layers that one job passes in a dry run, with the module of each that the layer above calls most."""
     calls = _calls()
-    with house_style():
+    with figure_style():
         figure = blank(7.0, 8.6)
         _draw_way(_empty(figure), calls)
     return figure

@@ -24,7 +24,7 @@ from maya_un.plots.style import (
     REACHABLE,
     YELLOW,
     blank,
-    house_style,
+    figure_style,
     quiet_grid,
 )
 from maya_un.values import Joints
@@ -42,7 +42,7 @@ ARROW = {"arrowstyle": "<->", "color": GREY, "linewidth": 0.9, "shrinkA": 0.0, "
 
 def triangle() -> Figure:
     """Return the side view with the letters of the formulas."""
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 5.6)
         axes = figure.add_subplot()
         d, z = 1.25, 0.75
@@ -64,7 +64,7 @@ def triangle() -> Figure:
 
 def robot() -> Figure:
     """Return the robot from the side and from above, with the workspace."""
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 3.9)
         side, above = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
         _from_the_side(side, 1.3, 1.0)
@@ -156,7 +156,7 @@ def _measures(axes: Axes, d: float, z: float) -> None:
 
 def forces() -> Figure:
     """Return the forces at the meeting point for a deep and a flat posture, and the tension over the depth."""
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 3.4)
         closed, over = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         for left, h in ((0.0, 1.0), (1.6, 0.25)):
@@ -194,7 +194,7 @@ def _polygon(axes: Axes, left: float, h: float) -> None:
 
 def between_the_ends() -> Figure:
     """Return two moves whose ends are good and whose ways are not."""
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 4.4)
         side, under = figure.subplots(1, 2, width_ratios=(1.0, 1.2))
         _slack(side)
@@ -236,7 +236,7 @@ def _ceiling(axes: Axes) -> None:
 
 def stopping() -> Figure:
     """Return where a stop leads in the plane of b and c: on the path together, beside it axis by axis."""
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 3.0)
         axes = figure.add_subplot()
         quiet_grid(axes)

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from performance_results import BARE, OURS, Growth, number, read
 
-from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, blank, house_style, quiet_grid
+from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, blank, figure_style, quiet_grid
 
 NO_PEERS = (OURS, BARE)
 """The first words of programs that no user would pick instead of Maya."""
@@ -25,7 +25,7 @@ COLOURS = (ORANGE, GREEN, PURPLE)
 def peers() -> Figure:
     """Return the costs of the other programs as multiples of Maya's, on a logarithmic axis."""
     rows = [row for row in read()[-1].rows if row.ratio is not None and row.program != OURS]
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 0.6 + 0.3 * len(rows))
         axes = figure.subplots()
         axes.grid(visible=True, axis="x")
@@ -49,7 +49,7 @@ def peers() -> Figure:
 def growth() -> Figure:
     """Return the cost over the size of the work, a part for every subject."""
     found = [(subject, list(all_of)) for subject, all_of in groupby(read()[-1].growth, key=lambda one: one.subject)]
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 5.2)
         parts = figure.subplots(2, 2)
         for axes, (subject, sizes) in zip(parts.flat, found, strict=True):
@@ -86,7 +86,7 @@ def limit() -> Figure:
     """Return the durations of the standard motions as multiples of the least time."""
     motions = read()[-1].motions
     places = np.arange(len(motions), dtype=np.float64)
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 2.9)
         axes = figure.subplots()
         axes.grid(visible=True, axis="x")

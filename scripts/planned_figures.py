@@ -12,7 +12,7 @@ from maya_un.motion.move import CoordinatedMove, lay
 from maya_un.motion.path import Path
 from maya_un.motion.profile import Limits
 from maya_un.motion.timing import plan
-from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, blank, house_style, quiet_grid
+from maya_un.plots.style import BOOM, GREY, INK, LINE_B, LINE_C, blank, figure_style, quiet_grid
 from maya_un.values import Point
 
 CONFIG = Config()
@@ -31,7 +31,7 @@ def straight_move() -> CoordinatedMove:
 def time_optimal() -> Figure:
     """Return the speed along a straight way of the gripper under the bounds of the axes, and its end over time."""
     move = straight_move()
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 3.6)
         whole, end = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
         _bounds(whole)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, YELLOW, blank, house_style
+from maya_un.plots.style import BLUE, GREEN, GREY, INK, ORANGE, PALE, YELLOW, blank, figure_style
 from maya_un.schema.jobs import TRANSITIONS, TaskState
 
 PLACES = {
@@ -43,7 +43,7 @@ COLOURS = {
 
 def states() -> Figure:
     """Return the life of jobs and of their steps, drawn from the table of states."""
-    with house_style():
+    with figure_style():
         figure = blank(7.2, 3.9)
         life, ends = figure.subplots(1, 2, width_ratios=(1.12, 1.0))
         for old, following in TRANSITIONS.items():

@@ -15,7 +15,7 @@ export const PRIMITIVES: Record<PrimitiveName, Words> = {
 /** The states that primitives switch, in steps of jobs. */
 export const SWITCH_STATES: Record<SwitchState, Words> = { open: ["open", "abrir"], close: ["close", "cerrar"] };
 
-/** What each primitive does, in a sentence. */
+/** The effect of each primitive, in a sentence. */
 export const MEANINGS: Record<PrimitiveName, Words> = {
   pick: ["Opens the gripper, goes down to the target, takes the part and lifts it.", "Abre la pinza, baja al destino, recoge la pieza y la levanta."],
   place: ["Carries the part over the target, goes down, opens the gripper and goes up.", "Lleva la pieza sobre el destino, baja, abre la pinza y sube."],
