@@ -141,7 +141,7 @@ def _type(hint: Any) -> str:
         return f"Literal[{', '.join(_literal(one) for one in choices)}]"
     if origin in {Union, UnionType}:
         return " | ".join(_type(one) for one in inner)
-    if origin is list:
+    if origin is list or inner[-1:] == (...,):
         return "Sequence[str]" if _is_enum(inner[0]) else f"Sequence[{_type(inner[0])}]"
     if origin in {dict, tuple}:
         return f"{'Mapping' if origin is dict else 'tuple'}[{', '.join(_type(one) for one in inner)}]"

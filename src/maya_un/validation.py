@@ -6,9 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from dmc41x3.i18n import PHRASE, marked, phrase
+from maya_un.errors import InvalidRequest, InvalidValue
 
 if TYPE_CHECKING:
-    from pydantic_core import ErrorDetails
+    from pydantic_core import ErrorDetails, ValidationError
 
 _MISSING = phrase("it is missing")
 UNKNOWN = phrase("there is no such key")
@@ -78,6 +79,15 @@ def reason_of(error: ErrorDetails | Mapping[str, Any]) -> str:
         return error["msg"]
     choices = str(context.get("expected", "")).replace(" or ", ", ")
     return template.format(**context, choices=choices)
+
+
+def refusal_of(error: ValidationError, *place: str) -> InvalidRequest | InvalidValue:
+    """Return Maya's error for the first error that pydantic found in the value at `place` of a body."""
+    first = error.errors(include_url=False)[0]
+    key = ".".join((*place, *map(str, first["loc"]))) or "body"
+    if first["type"] in {"missing", "unexpected_keyword_argument", "extra_forbidden"}:
+        return InvalidRequest(key=key, reason=reason_of(first))
+    return InvalidValue(key=key, value=repr(first["input"])[:64], reason=reason_of(first))
 
 
 _CLOSE = 0.8

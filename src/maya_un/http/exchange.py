@@ -9,17 +9,14 @@ from fastapi import Depends, Path, Request, Response
 from fastapi.exceptions import RequestValidationError
 from pydantic import TypeAdapter, ValidationError
 
-from maya_un.errors import InvalidRequest, InvalidValue, MayaError
+from maya_un.errors import InvalidRequest
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import source_of
 from maya_un.http.errors import language_of, problem
 from maya_un.http.middleware import LONG
 from maya_un.process.spec.json_object import decode_object
-from maya_un.schema.encoding import to_json
-from maya_un.validation import reason_of
-
-MOST = 2**53
-"""The greatest number that JSON carries exactly."""
+from maya_un.schema.encoding import MOST, to_json
+from maya_un.validation import reason_of, refusal_of
 
 JobNumber = Annotated[int, Path(ge=1, le=MOST, description="number of a job")]
 """The number of a job."""
@@ -47,16 +44,7 @@ class BodyReader:
         try:
             return self._adapters[kind].validate_json(body, strict=True)
         except ValidationError as error:
-            raise refusal(error) from error
-
-
-def refusal(error: ValidationError) -> MayaError:
-    """Return Maya's error for the first error that pydantic found."""
-    first = error.errors(include_url=False)[0]
-    key = ".".join(str(part) for part in first["loc"]) or "body"
-    if first["type"] in {"missing", "unexpected_keyword_argument", "extra_forbidden"}:
-        return InvalidRequest(key=key, reason=reason_of(first))
-    return InvalidValue(key=key, value=repr(first["input"])[:64], reason=reason_of(first))
+            raise refusal_of(error) from error
 
 
 async def on_validation_error(request: Request, error: Exception) -> Response:

@@ -8,6 +8,9 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+MOST = 2**53
+"""The greatest number that JSON carries exactly."""
+
 
 def to_data(value: object) -> Any:
     """Return a message as plain data for JSON."""

@@ -11,6 +11,18 @@ from typing import Literal
 
 from maya_un.values import Joints, Notice, Point, State
 
+MOST_PRIORITY = 100
+"""The greatest priority of a job; the least is its opposite."""
+
+MOST_RETRIES = 10
+"""The greatest number of repetitions of a failed step."""
+
+MOST_DEPENDENCIES = 100
+"""The greatest number of jobs that another one waits for."""
+
+LONGEST_NOTES = 1000
+"""The greatest number of letters in the notes of a job. An older journal may hold longer ones."""
+
 
 class TaskState(StrEnum):
     """The state of a job or a step.

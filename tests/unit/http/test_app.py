@@ -86,6 +86,13 @@ async def test_the_path_of_an_empty_name_is_refused(method: str, path: str) -> N
     assert (response.status_code, response.json()["code"]) == (404, 4005)
 
 
+async def test_an_option_of_a_submission_is_refused_by_name() -> None:
+    async with app_client(ServiceStandIn()) as client:
+        response = await client.post("/v1/jobs?notes=a%07", json={"steps": ["home"]})
+    assert response.status_code == 400
+    assert response.json()["details"] == {"key": "query.notes", "reason": "it must be printable"}
+
+
 async def test_stop_answers_how_long_and_how_far() -> None:
     async with app_client(ServiceStandIn()) as client:
         answer = (await client.post("/v1/stop")).json()

@@ -65,6 +65,22 @@ def test_every_operation_has_a_description_and_its_errors() -> None:
                 assert codes and set(codes) <= set(by_code()), (method, path, status)
 
 
+def test_a_change_of_a_job_has_the_limits_of_its_submission() -> None:
+    changes = DOCUMENT["components"]["schemas"]["Changes"]["properties"]
+    limits = {"minimum", "maximum", "maxLength", "maxItems"}
+    submitted = {
+        one["name"]: {key: limit for key, limit in one["schema"].items() if key in limits}
+        for one in DOCUMENT["paths"]["/v1/jobs"]["post"]["parameters"]
+        if one["in"] == "query" and one["name"] in changes
+    }
+    assert submitted == {
+        name: {key: limit for key, limit in one.items() if key in limits}
+        for name, one in changes.items()
+        if name != "job"
+    }
+    assert submitted["notes"] == {"maxLength": 1000}
+
+
 def test_stop_needs_no_token_and_driving_needs_the_lease() -> None:
     security = {operation["operationId"]: operation["security"] for _, _, operation in OPERATIONS}
     assert security["stop"] == security["abort"] == [{}, {"token": []}]

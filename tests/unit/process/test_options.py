@@ -32,7 +32,7 @@ def test_missing_option_keeps_its_value() -> None:
         ("depends_on", [1.5]),
         ("depends_on", list(range(1, 102))),
         ("notes", 7),
-        ("notes", "n" * 2001),
+        ("notes", "n" * 1001),
         ("notes", "night\0"),
         ("on_failure", "cry"),
         ("retries", 11),
@@ -48,6 +48,17 @@ def test_value_out_of_range_is_refused_by_name(key: str, value: object) -> None:
 def test_another_key_is_refused() -> None:
     with pytest.raises(InvalidRequest, match="colour"):
         read_options({"colour": "red"})
+
+
+def test_old_notes_longer_than_new_ones_may_be_are_kept() -> None:
+    old = JobOptions(notes="n" * 2000)
+    assert read_options({"priority": 5}, old) == JobOptions(priority=5, notes=old.notes)
+
+
+def test_a_refused_item_of_a_list_is_named() -> None:
+    with pytest.raises(InvalidValue) as refused:
+        read_options({"depends_on": [3, 1.5]})
+    assert refused.value.details == {"key": "depends_on.1", "value": "1.5", "reason": "it must be a whole number"}
 
 
 def test_options_made_by_hand_are_checked_too() -> None:

@@ -7,11 +7,12 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.cli.settings import settings_of
+from maya_un.schema.jobs import MOST_PRIORITY, MOST_RETRIES
 
 
 def _priority(default: str) -> Any:
     text = f"priority; jobs with greater numbers run first  [default: {default}]"
-    return typer.Option("--priority", metavar="N", min=-100, max=100, help=text)
+    return typer.Option("--priority", metavar="N", min=-MOST_PRIORITY, max=MOST_PRIORITY, help=text)
 
 
 def _on_failure(default: str) -> Any:
@@ -21,7 +22,7 @@ def _on_failure(default: str) -> Any:
 
 def _retries(default: str) -> Any:
     text = f"how often to repeat a failed step that is safe to repeat  [default: {default}]"
-    return typer.Option("--retries", metavar="N", min=0, max=10, help=text)
+    return typer.Option("--retries", metavar="N", min=0, max=MOST_RETRIES, help=text)
 
 
 Number = Annotated[int, typer.Argument(metavar="JOB", min=1, help="number of the job (see `maya queue`)")]

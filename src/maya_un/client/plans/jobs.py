@@ -66,7 +66,7 @@ class Submitted(NamedTuple):
 class SubmitOptions(TypedDict, total=False):
     """Options of a job in the queue.
 
-    Jobs with greater `priority` (-100 to 100) run first. A `held` job waits until it is released. A job starts after
+    Jobs with greater `priority` run first. A `held` job waits until it is released. A job starts after
     all jobs of `depends_on` are done. `on_failure` is the reaction of the queue to a failure. `retries` is the number
     of repetitions of a failed step, where repeating is safe. `stepwise` pauses the queue after every step.
     """

@@ -20,10 +20,11 @@ from maya_un.errors import (
     UnknownName,
     WorkerFailed,
 )
-from maya_un.http.exchange import MOST, answer, sent
+from maya_un.http.exchange import answer, sent
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, Routes
 from maya_un.schema.calibration import CalibrationFit, CalibrationView, FitRequest, MeasuredPoint
+from maya_un.schema.encoding import MOST
 from maya_un.service.access.operations import Operation
 from maya_un.values import Point
 

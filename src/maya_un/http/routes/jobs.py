@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from fastapi import Depends, Header, Query, Response
-from pydantic import Field
 
 from maya_un.errors import (
     Faulted,
@@ -19,31 +18,40 @@ from maya_un.errors import (
     UnknownName,
     WorkerFailed,
 )
-from maya_un.http.exchange import MOST, JobNumber, answer, as_json, sent_as_written, sent_long
+from maya_un.http.exchange import JobNumber, answer, as_json, sent_as_written, sent_long
 from maya_un.http.openapi import job_schema, task_schema, text_schema
 from maya_un.http.request_context import Ask
 from maya_un.http.routing import AT_REST, LONGEST_MOTION, Routes
-from maya_un.process.journal.protocol import Filter, JobOptions
+from maya_un.process.journal.protocol import (
+    Dependencies,
+    FailureAction,
+    Filter,
+    JobOptions,
+    Notes,
+    Priority,
+    Retries,
+)
+from maya_un.schema.encoding import MOST
 from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, TaskState
 from maya_un.schema.previews import ExampleJob, JobInspection, JobPreview, JobText, ParsedJob
 from maya_un.service.access.operations import Operation
 from maya_un.service.previews import MOST_SAMPLES
 
-_NUMBER = Annotated[int, Field(ge=1, le=MOST)]
-
 
 async def _options(
-    priority: Annotated[int, Query(ge=-100, le=100, description="a job of higher priority starts first")] = 0,
+    priority: Annotated[Priority, Query(description="a job of higher priority starts first")] = 0,
     held: Annotated[bool, Query(description="the job waits until it is released")] = False,
     depends_on: Annotated[
-        list[_NUMBER], Query(max_length=100, description="number of a job that must be done first; may be repeated")
-    ] = [],  # noqa: B006
-    notes: Annotated[str, Query(max_length=1000)] = "",
-    on_failure: Annotated[OnFailure, Query(description="action of the queue if the job fails")] = OnFailure.CONTINUE,
-    retries: Annotated[int, Query(ge=0, le=10, description="number of retries of a step that is safe to repeat")] = 0,
+        Dependencies, Query(description="number of a job that must be done first; may be repeated")
+    ] = (),
+    notes: Annotated[Notes, Query()] = "",
+    on_failure: Annotated[
+        FailureAction, Query(description="action of the queue if the job fails")
+    ] = OnFailure.CONTINUE,
+    retries: Annotated[Retries, Query(description="number of retries of a step that is safe to repeat")] = 0,
     stepwise: Annotated[bool, Query(description="pause the queue after each step")] = False,
 ) -> JobOptions:
-    return JobOptions(priority, held, tuple(depends_on), notes, on_failure, retries, stepwise)
+    return JobOptions(priority, held, depends_on, notes, on_failure, retries, stepwise)
 
 
 SubmitOptions = Annotated[JobOptions, Depends(_options)]

@@ -31,7 +31,7 @@ from maya_un.errors import (
 from maya_un.http.bridge import Bridge
 from maya_un.http.dates import now
 from maya_un.http.errors import language_of
-from maya_un.http.exchange import MOST, answer, as_json, sent
+from maya_un.http.exchange import answer, as_json, sent
 from maya_un.http.metrics import CONTENT_TYPE, JournalHealth, Metrics
 from maya_un.http.openapi import document
 from maya_un.http.request_context import Ask
@@ -40,7 +40,7 @@ from maya_un.process.journal import history
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.recorder.recording import TimeSpan
 from maya_un.schema.bodies import Texts
-from maya_un.schema.encoding import to_json
+from maya_un.schema.encoding import MOST, to_json
 from maya_un.schema.fleet import FleetView
 from maya_un.schema.jobs import QueueView
 from maya_un.schema.people import AuditLine

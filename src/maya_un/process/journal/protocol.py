@@ -4,28 +4,70 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Annotated, Any, Literal, NamedTuple, Protocol
 
+from pydantic import AfterValidator, Field
+
+from dmc41x3.i18n import phrase
 from maya_un.process.queue_order import QueueOrder
-from maya_un.schema.jobs import OnFailure, PauseReason, TaskState
+from maya_un.schema.encoding import MOST
+from maya_un.schema.jobs import (
+    LONGEST_NOTES,
+    MOST_DEPENDENCIES,
+    MOST_PRIORITY,
+    MOST_RETRIES,
+    OnFailure,
+    PauseReason,
+    TaskState,
+)
 from maya_un.schema.people import RoleName
+
+
+def _printable(text: str) -> str:
+    if not all(letter.isprintable() or letter in "\n\t" for letter in text):
+        raise ValueError(phrase("it must be printable"))
+    return text
+
+
+def _distinct(numbers: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(dict.fromkeys(numbers))
+
+
+Priority = Annotated[int, Field(ge=-MOST_PRIORITY, le=MOST_PRIORITY)]
+"""The priority of a job."""
+
+Dependencies = Annotated[
+    tuple[Annotated[int, Field(ge=1, le=MOST)], ...],
+    Field(max_length=MOST_DEPENDENCIES, strict=False),
+    AfterValidator(_distinct),
+]
+"""Numbers of the jobs that must be done first; a list becomes a tuple."""
+
+Notes = Annotated[str, Field(max_length=LONGEST_NOTES), AfterValidator(_printable)]
+"""Notes on a job."""
+
+FailureAction = Annotated[OnFailure, Field(strict=False)]
+"""The action of the queue if a job fails, also as its word."""
+
+Retries = Annotated[int, Field(ge=0, le=MOST_RETRIES)]
+"""The number of repetitions of a failed step."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobOptions:
     """The options of a job in the queue.
 
-    The greater `priority` (-100 to 100) comes first, equal ones in order of submission. A `held` job waits for a user
+    The greater `priority` comes first, equal ones in order of submission. A `held` job waits for a user
     to release it. A job begins after all jobs of `depends_on` are done. `retries` is how often a failed step is
     repeated if that is harmless. `stepwise` pauses the queue after every step.
     """
 
-    priority: int = 0
+    priority: Priority = 0
     held: bool = False
-    depends_on: tuple[int, ...] = ()
-    notes: str = ""
-    on_failure: OnFailure = OnFailure.CONTINUE
-    retries: int = 0
+    depends_on: Dependencies = ()
+    notes: Notes = ""
+    on_failure: FailureAction = OnFailure.CONTINUE
+    retries: Retries = 0
     stepwise: bool = False
 
 

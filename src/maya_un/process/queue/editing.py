@@ -14,8 +14,9 @@ from collections import Counter
 from collections.abc import AsyncIterator, Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager, suppress
 from dataclasses import asdict, dataclass, replace
-from reprlib import repr
-from typing import NamedTuple
+from typing import Any, NamedTuple, get_type_hints
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import (
@@ -35,90 +36,37 @@ from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.report import JobRecord
 from maya_un.process.spec.stored import StoredJob
 from maya_un.process.spec.tasks import Expansion, Task
-from maya_un.schema.jobs import OnFailure, TaskState
+from maya_un.schema.jobs import TaskState
+from maya_un.validation import refusal_of
 from maya_un.values import Notice
 
 DEFAULT_OPTIONS = JobOptions()
 """The default options."""
 
-MOST_PRIORITY = 100
-MOST_RETRIES = 10
-LONGEST_NOTES = 2000
-MOST_DEPENDENCIES = 100
+_OPTIONS: dict[str, TypeAdapter[Any]] = {
+    key: TypeAdapter(kind, config=ConfigDict(strict=True))
+    for key, kind in get_type_hints(JobOptions, include_extras=True).items()
+}
 
 
 def read_options(data: Mapping[str, object], old: JobOptions = DEFAULT_OPTIONS) -> JobOptions:
     """Return `old` with the changes in `data`; raises `InvalidRequest` for an unknown key, `InvalidValue`."""
-    changes: dict[str, object] = {}
+    changes: dict[str, Any] = {}
     for key, value in data.items():
-        if key not in _READERS:
+        if key not in _OPTIONS:
             raise InvalidRequest(
-                key=key, reason=phrase("there is no such key; known are {names}", names=", ".join(_READERS))
+                key=key, reason=phrase("there is no such key; known are {names}", names=", ".join(_OPTIONS))
             )
-        changes[key] = _READERS[key](key, value)
-    return replace(old, **changes)  # pyright: ignore[reportArgumentType] - each reader returns its field's type
+        try:
+            changes[key] = _OPTIONS[key].validate_python(value)
+        except ValidationError as error:
+            raise refusal_of(error, key) from error
+    return replace(old, **changes)
 
 
 def checked_options(options: JobOptions) -> JobOptions:
     """Return `options`; raises `InvalidValue` for values out of range."""
-    return read_options({key: getattr(options, key) for key in _READERS})
-
-
-def _whole(low: int, high: int) -> Callable[[str, object], int]:
-    def read(key: str, value: object) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise InvalidValue(
-                key=key,
-                value=repr(value),
-                reason=phrase("it must be a whole number from {least} to {most}", least=low, most=high),
-            )
-        return value
-
-    return read
-
-
-def _flag(key: str, value: object) -> bool:
-    if not isinstance(value, bool):
-        raise InvalidValue(key=key, value=repr(value), reason="it must be true or false")
-    return value
-
-
-def _notes(key: str, value: object) -> str:
-    if not isinstance(value, str) or len(value) > LONGEST_NOTES:
-        raise InvalidValue(
-            key=key, value=repr(value), reason=phrase("it must be a text of at most {most} letters", most=LONGEST_NOTES)
-        )
-    if not all(letter.isprintable() or letter in "\n\t" for letter in value):
-        raise InvalidValue(key=key, value=repr(value), reason="it must be printable")
-    return value
-
-
-def _numbers(key: str, value: object) -> tuple[int, ...]:
-    if not isinstance(value, Sequence) or isinstance(value, str) or len(value) > MOST_DEPENDENCIES:
-        reason = phrase("it must be a list of at most {most} numbers of jobs", most=MOST_DEPENDENCIES)
-        raise InvalidValue(key=key, value=repr(value), reason=reason)
-    number = _whole(1, 2**53)
-    return tuple(dict.fromkeys(number(f"{key}.{place}", item) for place, item in enumerate(value)))
-
-
-def _on_failure(key: str, value: object) -> OnFailure:
-    try:
-        return OnFailure(str(value))
-    except ValueError:
-        raise InvalidValue(
-            key=key, value=repr(value), reason=phrase("it must be one of {choices}", choices=", ".join(OnFailure))
-        ) from None
-
-
-_READERS: dict[str, Callable[[str, object], object]] = {
-    "priority": _whole(-MOST_PRIORITY, MOST_PRIORITY),
-    "held": _flag,
-    "depends_on": _numbers,
-    "notes": _notes,
-    "on_failure": _on_failure,
-    "retries": _whole(0, MOST_RETRIES),
-    "stepwise": _flag,
-}
+    return read_options({key: getattr(options, key) for key in _OPTIONS})
 
 
 @dataclass(frozen=True, slots=True)
