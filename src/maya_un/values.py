@@ -28,6 +28,12 @@ FARTHEST = 1e4
 WITHIN = phrase("it must be a number between {least:g} and {most:g}", least=-FARTHEST, most=FARTHEST)
 """Why a coordinate is refused that is not finite, or beyond `FARTHEST`."""
 
+LEAST_OVERRIDE = 0.01
+"""Least speed override: a hundredth of the planned speed. A pause stops the motion."""
+
+LEAST_SPEED = 0.001
+"""Least share of the full speed for a motion: without a bound it might never end."""
+
 
 class Joints(NamedTuple):
     """Joint coordinates of Maya.

@@ -29,11 +29,11 @@ from schemathesis.specs.openapi.checks import (
     status_code_conformance,
 )
 
-from maya_un.controller.planner import LEAST_SPEED
 from maya_un.errors import InvalidRequest
 from maya_un.http.routes.system import LONGEST_WAIT
 from maya_un.schema.people import LONGEST
 from maya_un.service.access.operations import LOCAL, RULES, Caller, Operation, Role
+from maya_un.values import LEAST_SPEED
 from tests.campaign import Campaign
 from tests.shared_robot import SharedRobot, shared_robot
 

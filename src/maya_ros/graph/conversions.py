@@ -25,7 +25,7 @@ from maya_un.errors import InvalidMessage, InvalidValue, TrajectoryRefused
 from maya_un.motion.path import SHARP, Blend, Path, Route, Space, Waypoint
 from maya_un.robot.primitives import PRIMITIVES, Primitive, from_dict
 from maya_un.robot.primitives.primitive import JointTarget, Switch, Target
-from maya_un.values import FARTHEST, WITHIN, Joints
+from maya_un.values import FARTHEST, LEAST_SPEED, WITHIN, Joints
 
 NAMES = {
     Space.JOINT: ("a", "b", "c"),
@@ -33,9 +33,6 @@ NAMES = {
     Space.CYLINDRICAL: ("a", "d", "z"),
 }
 """The names of the coordinates of every space, in order."""
-
-SLOWEST = 1e-3
-"""Smallest share of the limits to which a motion is slowed."""
 
 _LESS = 0.999
 """Additional factor of the speed when a motion is slowed to reach a duration, so that few steps suffice."""
@@ -90,14 +87,14 @@ def speeds_for(preview: MotionPreviewer, path: Route, least: float) -> Generator
         return 1.0
     fast, speed, duration = 1.0, 1.0, preview(path).duration
     while 0.0 < duration < least:
-        if speed <= SLOWEST:
+        if speed <= LEAST_SPEED:
             reason = phrase(
                 "it is to take {least:.1f} s, and at its slowest it takes {duration:.1f} s",
                 least=least,
                 duration=duration,
             )
             raise TrajectoryRefused(reason=reason)
-        fast, speed = speed, max(SLOWEST, _LESS * speed * duration / least)
+        fast, speed = speed, max(LEAST_SPEED, _LESS * speed * duration / least)
         yield
         duration = preview(path, speed=speed).duration
     while speed < fast and duration > _ENOUGH * least and fast > _SAME * speed:

@@ -19,7 +19,7 @@ from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing import HomingRun, guarded_move, homed_pose
 from maya_un.controller.homing_mark import erase, leave
 from maya_un.controller.monitor import Monitor
-from maya_un.controller.planner import LEAST_SPEED, Jogging, MotionPlan, Planner, Planning, name_of
+from maya_un.controller.planner import Jogging, MotionPlan, Planner, Planning, name_of
 from maya_un.controller.protocol import Inspection, MotionRun, OnVia, Preview, require_output
 from maya_un.controller.registers import Dial
 from maya_un.controller.seek import Seeker
@@ -61,7 +61,7 @@ from maya_un.kinematics.workspace import Workspace
 from maya_un.kinematics.zones import Zone
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged, LinkView, Signals
-from maya_un.values import JogDirection, Joints, Progress, State, StopReport
+from maya_un.values import LEAST_SPEED, JogDirection, Joints, Progress, State, StopReport
 from maya_un.workers import Workers
 
 _Way = Callable[[RunningCommand, Joints], Awaitable[Route]]

@@ -24,14 +24,13 @@ from maya_un.controller.fault_monitor import FaultMonitor
 from maya_un.controller.homing_mark import MOVING
 from maya_un.controller.monitor import Monitor
 from maya_un.controller.planner import MotionPlan
-from maya_un.controller.protocol import MotionRun, OnVia
+from maya_un.controller.protocol import MotionRun, OnVia, require_ratio
 from maya_un.controller.seek import SETTLE
 from maya_un.errors import (
     CannotPause,
     CommandRejected,
     EndNotReached,
     Faulted,
-    InvalidValue,
     NotPaused,
     Stopped,
     SwitchBlocks,
@@ -40,9 +39,6 @@ from maya_un.errors import (
 from maya_un.events import MotionPaused, MotionResumed, SpeedChanged
 from maya_un.motion.move import CoordinatedMove, commands, speed_ratio
 from maya_un.values import AXES, StopReport
-
-SLOWEST = 0.01
-"""Least speed override: a hundredth of the planned speed. A pause stops the motion."""
 
 _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 
@@ -56,7 +52,7 @@ class Pacing:
 
     async def override(self, ratio: float) -> None:
         """Scale the speed of the motion under way and of all later ones by `ratio`; raises `InvalidValue`."""
-        _require_ratio("ratio", ratio)
+        require_ratio("ratio", ratio)
         monitor = self._monitor
         before = monitor.pace.override
         monitor.pace.change(override=ratio)
@@ -66,7 +62,7 @@ class Pacing:
 
     async def scale(self, share: float) -> None:
         """Scale the speed of the motion under way by `share` (0.01 to 1) too; raises `InvalidValue`."""
-        _require_ratio("speed", share)
+        require_ratio("speed", share)
         self._monitor.pace.change(share=share)
         await self._tell()
 
@@ -139,11 +135,6 @@ class Pacing:
             if command is not None and not driver.lost.done():
                 command.interrupt(refusal)
             raise
-
-
-def _require_ratio(key: str, ratio: float) -> None:
-    if not SLOWEST <= ratio <= 1.0:
-        raise InvalidValue(key=key, value=ratio, reason=phrase("it is at least {least:g} and at most 1", least=SLOWEST))
 
 
 GUARDED_MOVE = "guarded move"

@@ -42,7 +42,7 @@ from maya_un.motion.profile import Limits
 from maya_un.motion.proof import prove
 from maya_un.motion.timing import plan
 from maya_un.schema.robot import Jogged
-from maya_un.values import AXES, FARTHEST, JOG_AXES, WITHIN, JogDirection, Joints, Point
+from maya_un.values import AXES, FARTHEST, JOG_AXES, LEAST_SPEED, WITHIN, JogDirection, Joints, Point
 from maya_un.workers import Workers, WorkResult
 
 MOST_SEGMENTS = 511
@@ -55,9 +55,6 @@ AT_HAND = 2048
 """Number of cached plans: a job of 1 300 tasks need not plan again what it has previewed. After homing has measured the
 strokes, a cached plan need only be proved again. Plans are arrays, some 13 kB each.
 """
-
-LEAST_SPEED = 0.001
-"""Least share of the full speed for a motion: without a bound it might never end."""
 
 START_TOLERANCE = (1e-3, 1e-4, 1e-4)
 """Greatest distance of a path's start from the robot's position (rad, m, m)."""

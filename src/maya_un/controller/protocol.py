@@ -17,6 +17,7 @@ from typing import Protocol
 
 import numpy as np
 
+from dmc41x3.i18n import phrase
 from dmc41x3.language.numbers import SCALE, fixed
 from maya_un.config import Config
 from maya_un.controller.datum import GivenDatum
@@ -29,7 +30,7 @@ from maya_un.motion.clearance import ClosestApproach, closest
 from maya_un.motion.move import CoordinatedMove, LongestStop, Trajectory, sample, stopping
 from maya_un.motion.path import Route
 from maya_un.schema.robot import Jogged, LinkView, Signals
-from maya_un.values import JogDirection, Joints, MarginUnit, Progress, State, StopReport
+from maya_un.values import LEAST_OVERRIDE, JogDirection, Joints, MarginUnit, Progress, State, StopReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -411,6 +412,14 @@ class Controller(Protocol):
         With `take_over`, claims the controller from another program that owns it, at rest.
         """
         ...
+
+
+def require_ratio(key: str, ratio: float) -> None:
+    """Raise `InvalidValue` for a factor on the speed of a motion under way that is not from `LEAST_OVERRIDE` to 1."""
+    if not LEAST_OVERRIDE <= ratio <= 1.0:
+        raise InvalidValue(
+            key=key, value=ratio, reason=phrase("it is at least {least:g} and at most 1", least=LEAST_OVERRIDE)
+        )
 
 
 def require_output(config: Config, number: int) -> None:

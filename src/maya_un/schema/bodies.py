@@ -10,7 +10,7 @@ from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
 from dmc41x3.i18n import LANGUAGES, phrase
 from maya_un.schema.people import LONGEST, PATIENCE, RoleName
-from maya_un.values import FARTHEST, JOG_AXES
+from maya_un.values import FARTHEST, JOG_AXES, LEAST_OVERRIDE, LEAST_SPEED
 
 _ONLY_THESE = ConfigDict(extra="forbid")
 
@@ -19,7 +19,7 @@ Axis = Annotated[str, WithJsonSchema({"enum": list(JOG_AXES)})]
 """The known axes are checked when the body is used."""
 
 
-Share = Annotated[float, Field(ge=0.001, le=1.0, description="share of the full speed")]
+Share = Annotated[float, Field(ge=LEAST_SPEED, le=1.0, description="share of the full speed")]
 
 
 Distance = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST, description="rad or m", allow_inf_nan=False)]
@@ -183,7 +183,7 @@ class Speed:
     """The factor on the speed of all motion."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
-    ratio: Annotated[float, Field(ge=0.01, le=1.0)]
+    ratio: Annotated[float, Field(ge=LEAST_OVERRIDE, le=1.0)]
 
 
 @dataclass(frozen=True, slots=True)

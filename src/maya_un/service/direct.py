@@ -24,7 +24,6 @@ from typing import Any, NamedTuple, TypeVar
 
 from dmc41x3.i18n import phrase
 from maya_un.cancellation import cancel_once, is_caller_cancelled, run_to_rest
-from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import LONGEST
 from maya_un.controller.protocol import Controller, OnVia
 from maya_un.errors import Busy, Cancelled, Faulted, InvalidValue, MachineError, MayaError, NotConnected, Stopped
@@ -36,7 +35,7 @@ from maya_un.robot.robot import OnPhase, Robot
 from maya_un.schema.jobs import PauseReason
 from maya_un.schema.robot import HeldJog, Jogged, SteeredJog
 from maya_un.service.access.operations import Caller
-from maya_un.values import JogDirection, Joints, Mode
+from maya_un.values import LEAST_OVERRIDE, JogDirection, Joints, Mode
 
 T = TypeVar("T")
 
@@ -71,11 +70,11 @@ class _Key(NamedTuple):
     def steered(cls, vector: tuple[float, float, float]) -> _Key:
         """Return the key for a vector whose length is the speed; raises `InvalidValue`."""
         length = hypot(*vector)
-        if not SLOWEST <= length <= 1.0 + _ROUNDING:
+        if not LEAST_OVERRIDE <= length <= 1.0 + _ROUNDING:
             raise InvalidValue(
                 key="vector",
                 value=repr(vector),
-                reason=phrase("its length must be {least:g} to 1; to rest, release it", least=SLOWEST),
+                reason=phrase("its length must be {least:g} to 1; to rest, release it", least=LEAST_OVERRIDE),
             )
         x, y, z = vector
         return cls("", 1, min(1.0, length), (x / length, y / length, z / length))

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from dmc41x3.i18n import phrase
 from maya_ros.graph.clients.watch import SETTLES, ControllerWatch
 from maya_ros.graph.conversions import path_to_message
 from maya_ros.graph.outcome import call_service, cancel_on_event, run_action
@@ -25,10 +24,17 @@ from maya_ros.graph.table import ABORT, FOLLOW, GRIPPER, HOME, MOVE, OUTPUT, PAU
 from maya_un.cancellation import is_cancelling
 from maya_un.config import Config, Units
 from maya_un.controller.datum import GivenDatum
-from maya_un.controller.execution import SLOWEST
 from maya_un.controller.planner import Jogging, MotionPlan, Planner, name_of
-from maya_un.controller.protocol import PLACES, Inspection, OnVia, Preview, homing_progress, require_output
-from maya_un.errors import CannotPause, InvalidValue, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
+from maya_un.controller.protocol import (
+    PLACES,
+    Inspection,
+    OnVia,
+    Preview,
+    homing_progress,
+    require_output,
+    require_ratio,
+)
+from maya_un.errors import CannotPause, MayaError, NodeGone, NotConnected, NotHomed, NotOverRos
 from maya_un.events import Connected, Disconnected, Event, EventLog, HomingBegun, MotionStopped, PhaseBegun
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
@@ -333,10 +339,7 @@ class GraphController:
 
     async def override(self, ratio: float) -> None:
         """Scale the speed of the motion under way and of all later ones by `ratio`, from 0.01 to 1."""
-        if not SLOWEST <= ratio <= 1.0:
-            raise InvalidValue(
-                key="ratio", value=ratio, reason=phrase("it is at least {least:g} and at most 1", least=SLOWEST)
-            )
+        require_ratio("ratio", ratio)
         self._require_there()
         wanted = round(ratio, PLACES)
         self._ratio.publish({"data": wanted})

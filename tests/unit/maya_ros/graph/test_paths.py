@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maya_ros.graph import types
-from maya_ros.graph.conversions import SLOWEST, MotionPreviewer, path_from_message, path_to_message, speeds_for
+from maya_ros.graph.conversions import MotionPreviewer, path_from_message, path_to_message, speeds_for
 from maya_ros.graph.protocol import Message
 from maya_un.config import Config
 from maya_un.controller.homing import homed_pose
@@ -19,7 +19,7 @@ from maya_un.errors import InvalidMessage, InvalidValue, MayaError, TrajectoryRe
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
 from maya_un.motion.path import Blend, Path, Route, Space
-from maya_un.values import Joints, Point
+from maya_un.values import LEAST_SPEED, Joints, Point
 
 KIND = "trajectory_msgs/JointTrajectory"
 NUMBERS = st.floats(-1e3, 1e3)
@@ -141,7 +141,7 @@ def test_on_a_line_too() -> None:
 
 def test_slower_than_can_be_is_refused() -> None:
     with pytest.raises(TrajectoryRefused, match="slowest"):
-        speed_for(preview, WAY, 2.0 * preview(WAY, speed=SLOWEST).duration)
+        speed_for(preview, WAY, 2.0 * preview(WAY, speed=LEAST_SPEED).duration)
 
 
 def trajectory(names: list[str], points: list[list[float]]) -> Message:
