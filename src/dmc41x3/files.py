@@ -1,4 +1,4 @@
-"""Write files: only regular ones, never through a link out of their folder, and whole or not at all.
+"""Read and write files. Write only regular ones, never through a link out of their folder, and whole or not at all.
 
 This package, and those built on it, write every file through this module. It imports nothing heavy, because
 commands that must start fast need it.
@@ -14,7 +14,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
-from dmc41x3.errors import FileUnwritable
+from dmc41x3.errors import FileUnreadable, FileUnwritable
 from dmc41x3.i18n import phrase
 
 PRIVATE = 0o600
@@ -134,9 +134,30 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def unwritable(path: Path, error: Exception) -> FileUnwritable:
+def read_bytes(path: Path, most: int | None = None) -> bytes:
+    """Return the content of a file; raises `FileUnreadable`, also if it has more than `most` bytes."""
+    try:
+        with path.open("rb") as file:  # a device has no size, so the reading itself is bounded
+            data = file.read() if most is None else file.read(most + 1)
+    except OSError as error:
+        raise unreadable(path, error) from error
+    if most is not None and len(data) > most:
+        raise FileUnreadable(path=path, reason=phrase("it is larger than {most} bytes", most=most))
+    return data
+
+
+def unreadable(path: object, error: Exception) -> FileUnreadable:
+    """Return the error of a `path` that cannot be read, with the system's reason."""
+    return FileUnreadable(path=path, reason=_reason(error))
+
+
+def unwritable(path: object, error: Exception) -> FileUnwritable:
     """Return the error of a `path` that cannot be written, with the system's reason."""
-    return FileUnwritable(path=path, reason=getattr(error, "strerror", None) or str(error))
+    return FileUnwritable(path=path, reason=_reason(error))
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
 
 
 def _draft(place: Path, mode: int) -> tuple[Path, int]:

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from dmc41x3.address import ControllerAddress, parse
-from dmc41x3.files import open_own
+from dmc41x3.files import open_own, unwritable
 from maya_un.errors import AlreadyRunning, FileUnwritable
 from maya_un.namespace import own
 
@@ -163,7 +163,7 @@ def write(name: str, value: object) -> None:
             file.write(text + "\n")
         draft.replace(place / name)
     except OSError as error:
-        raise FileUnwritable(path=draft, reason=error.strerror) from error
+        raise unwritable(draft, error) from error
 
 
 def _own_file(path: Path, flags: int) -> int:
@@ -177,7 +177,7 @@ def _own_folder() -> Path:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = place.lstat()
     except OSError as error:
-        raise FileUnwritable(path=place, reason=error.strerror) from error
+        raise unwritable(place, error) from error
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
         raise FileUnwritable(path=place, reason="it is not a folder of this user")
     if found.st_mode & stat.S_IWOTH:

@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from dmc41x3.address import REAL, ControllerAddress, is_serial, parse
-from dmc41x3.errors import CodedError, FileUnwritable, InvalidCommandLine, InvalidValue
+from dmc41x3.errors import CodedError, InvalidCommandLine, InvalidValue
+from dmc41x3.files import unwritable
 from dmc41x3.i18n import LANGUAGES, phrase, visible
 
 if TYPE_CHECKING:
@@ -263,7 +264,7 @@ def _print(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
-        raise FileUnwritable(path="stdout", reason=error.strerror or str(error)) from error
+        raise unwritable("stdout", error) from error
 
 
 def forget_unprinted() -> None:

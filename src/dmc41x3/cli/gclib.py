@@ -12,7 +12,7 @@ from pathlib import Path
 from dmc41x3 import files
 from dmc41x3.cli import console
 from dmc41x3.cli.console import OutputSettings
-from dmc41x3.errors import FileNotOurs, FileUnreadable, FileUnwritable
+from dmc41x3.errors import FileNotOurs, FileUnreadable
 from dmc41x3.gclib import shim
 from dmc41x3.i18n import marked, translate
 
@@ -51,7 +51,7 @@ def uninstall(settings: OutputSettings, *, site: Path | None = None) -> int:
     try:
         place.unlink()
     except OSError as error:
-        raise FileUnwritable(path=str(place), reason=error.strerror or str(error)) from error
+        raise files.unwritable(str(place), error) from error
     text = translate("{path} was removed.", settings.language, path=place)
     return console.answer({"path": str(place)}, text, settings)
 

@@ -114,11 +114,7 @@ async def _put_back(driver: Driver, before: str | None, refused: CodedError) -> 
 def read(file: str) -> ProgramSource:
     """Return the program in a file, prepared for a controller; raises `FileUnreadable`."""
     path = Path(file)
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
-    source = prepared(_decoded(data))
+    source = prepared(_decoded(files.read_bytes(path)))
     for number, line in enumerate(source.lines):
         if not line.isascii():
             reason = phrase(

@@ -14,8 +14,8 @@ from dmc41x3.cli.connection import TIMEOUT, Dial
 from dmc41x3.cli.console import OutputSettings, Site
 from dmc41x3.cli.signals import asked_to_end
 from dmc41x3.driver import Driver
-from dmc41x3.errors import AddressInUse, FileUnreadable, FileUnwritable, InvalidValue, MachineError
-from dmc41x3.files import open_own, writable_place
+from dmc41x3.errors import AddressInUse, FileUnreadable, InvalidValue, MachineError
+from dmc41x3.files import open_own, unreadable, unwritable, writable_place
 from dmc41x3.i18n import translate
 from dmc41x3.listening import Listener, listen
 from dmc41x3.loops import run, run_virtual
@@ -39,7 +39,7 @@ def capture(address: str, host: str, port: int, out: str, settings: OutputSettin
             print(header(place), file=file)
             asyncio.run(_capture(place, host, port, file, settings))
     except OSError as error:
-        raise FileUnwritable(path=out, reason=error.strerror or str(error)) from error
+        raise unwritable(out, error) from error
     return console.DONE
 
 
@@ -196,7 +196,7 @@ def _pieces(path: Path) -> list[WirePiece]:
         with path.open(encoding="utf-8") as file:
             return read(file)
     except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        raise unreadable(path, error) from error
     except ValueError as error:
         raise FileUnreadable(path=path, reason=str(error)) from error
 

@@ -9,11 +9,12 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from dmc41x3.files import unreadable
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.config import Config
 from maya_un.config.files import parse, replace
 from maya_un.config.settings import nested
-from maya_un.errors import FileUnreadable, InvalidConfig
+from maya_un.errors import InvalidConfig
 
 FILE = "commissioning.json"
 """Name of the file in the state folder."""
@@ -77,7 +78,7 @@ class CommissioningProgress:
         except FileNotFoundError:
             return found
         except OSError as error:
-            raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+            raise unreadable(path, error) from error
         except (*_DAMAGE, InvalidConfig):
             return cls(address, path, damaged=True)
         return found

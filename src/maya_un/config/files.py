@@ -15,7 +15,7 @@ from typing import Any, cast
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
-from dmc41x3.files import sync_folder, writable_place
+from dmc41x3.files import sync_folder, unreadable, unwritable, writable_place
 from dmc41x3.i18n import phrase
 from maya_un.config.base import Flaw, flaws
 from maya_un.config.model import KINDS, Config
@@ -74,7 +74,7 @@ def _read(place: Path, *, missing_is_empty: bool) -> str:
     except OSError as error:
         if missing_is_empty and isinstance(error, FileNotFoundError):
             return ""
-        raise FileUnreadable(path=place, reason=error.strerror or str(error)) from error
+        raise unreadable(place, error) from error
     except ValueError as error:
         raise FileUnreadable(path=place, reason=phrase("it is not TOML: {error}", error=error)) from error
 
@@ -269,7 +269,7 @@ def text_of(path: Path) -> str:
     except FileNotFoundError:
         return ""
     except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        raise unreadable(path, error) from error
     except UnicodeDecodeError as error:
         raise FileUnreadable(path=path, reason="it is not UTF-8 text") from error
 
@@ -345,7 +345,7 @@ def alone(path: Path) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+        raise unwritable(path, error) from error
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield
@@ -377,4 +377,4 @@ def replace(path: Path, text: str) -> None:
             draft.unlink(missing_ok=True)
         sync_folder(place.parent)
     except OSError as error:
-        raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+        raise unwritable(path, error) from error

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, cast
 
-from maya_un.errors import FileUnreadable
+from dmc41x3.files import unreadable
 from maya_un.http.log import MOST_BYTES, MOST_FILES
 from maya_un.schema.diagnosis import LEVELS, LogEntry, LogLevel
 
@@ -115,7 +115,7 @@ def _blocks_backward(path: Path, known: set[int]) -> Iterator[bytes]:
     except FileNotFoundError:
         return
     except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        raise unreadable(path, error) from error
 
 
 def _older(path: Path) -> list[Path]:
@@ -178,4 +178,4 @@ def _content(path: Path, place: int) -> tuple[bytes, int]:
             file.seek(place)
             return file.read(), identity
     except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        raise unreadable(path, error) from error

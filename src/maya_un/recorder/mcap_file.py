@@ -18,6 +18,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from pydantic import TypeAdapter, ValidationError
 
+from dmc41x3.files import unreadable
 from dmc41x3.i18n import phrase
 from dmc41x3.wire.framing import RecordReply
 from dmc41x3.wire.transcript import WirePiece
@@ -270,7 +271,7 @@ def readable(path: Path) -> Iterator[IO[bytes]]:
         with path.open("rb") as file:
             yield file
     except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        raise unreadable(path, error) from error
     except ValidationError as error:
         reason = reason_of(error.errors(include_url=False)[0])
         raise FileUnreadable(path=path, reason=phrase("it is no recording: {reason}", reason=reason)) from error

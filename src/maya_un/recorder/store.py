@@ -8,9 +8,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from dmc41x3.files import sync_folder
+from dmc41x3.files import sync_folder, unwritable
 from maya_un.config import RecorderConfig
-from maya_un.errors import FileUnwritable, NotFound
+from maya_un.errors import NotFound
 from maya_un.recorder.recording import Recording, date
 from maya_un.schema.robot import Kept
 
@@ -91,7 +91,7 @@ class RecordingStore:
                 raise
             sync_folder(self.folder)
         except OSError as error:
-            raise FileUnwritable(path=self.folder, reason=error.strerror or str(error)) from error
+            raise unwritable(self.folder, error) from error
         self._make_room()
         return next(kept for kept in self.list() if kept.name == path.name)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from dmc41x3 import files
-from dmc41x3.errors import FileUnwritable
+from dmc41x3.errors import FileUnreadable, FileUnwritable
 from maya_un.config.files import replace
 from maya_un.config.state_folder import own_state_folder
 
@@ -142,3 +142,13 @@ def test_a_lone_hyphen_is_refused_and_no_file_is_made(tmp_path: Path, monkeypatc
     with pytest.raises(FileUnwritable, match="standard output"):
         files.write(Path("-"), "new")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_file_is_read_whole_up_to_a_limit(tmp_path: Path) -> None:
+    path = tmp_path / "words"
+    path.write_bytes(b"word")
+    assert files.read_bytes(path) == files.read_bytes(path, 4) == b"word"
+    with pytest.raises(FileUnreadable, match="larger than 3 bytes"):
+        files.read_bytes(path, 3)
+    with pytest.raises(FileUnreadable, match="Is a directory"):
+        files.read_bytes(tmp_path)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 from dmc41x3.files import PRIVATE, unwritable, write
 from maya_un import credentials, runtime
-from maya_un.errors import FileUnwritable
 from maya_un.service.access import callers
 
 
@@ -41,7 +40,7 @@ def remove_token(void: Collection[str]) -> Path | None:
     except ValueError:  # not text, so it contains no token of Maya
         return None
     except OSError as error:
-        raise FileUnwritable(path=place, reason=error.strerror or str(error)) from error
+        raise unwritable(place, error) from error
     return place
 
 
@@ -57,7 +56,7 @@ def set_aside() -> Path | None:
     except FileNotFoundError:
         return None
     except OSError as error:
-        raise FileUnwritable(path=aside, reason=error.strerror or str(error)) from error
+        raise unwritable(aside, error) from error
     return aside
 
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, cast
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from dmc41x3.files import read_bytes, unwritable
 from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.config.files import alone, edited, parse, replace, text_of, written
@@ -149,7 +150,7 @@ def _settle(config_file: Path) -> None:
         else:
             _next(config_file).unlink()
     except OSError as error:
-        raise FileUnwritable(path=_next(config_file), reason=error.strerror or str(error)) from error
+        raise unwritable(_next(config_file), error) from error
 
 
 def _edited(text: str, values: Values, config_file: Path) -> str:
@@ -189,9 +190,7 @@ def _at(said: Mapping[str, Any], key: str) -> float | None:
 
 def _read(path: Path) -> HistoryStep:
     try:
-        return HistoryStep.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        return HistoryStep.model_validate_json(read_bytes(path))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])

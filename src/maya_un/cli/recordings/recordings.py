@@ -17,7 +17,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
 from maya_un.config import RecorderConfig
 from maya_un.config.state_folder import state_folder
-from maya_un.errors import FileUnreadable, InvalidCommandLine, NotFound
+from maya_un.errors import InvalidCommandLine, NotFound
 from maya_un.recorder.store import RecordingStore
 
 _SAVING = 60.0
@@ -135,11 +135,7 @@ def export(name: str, mcap: str | None, csv: str | None, wire: str | None, setti
 
 
 def _copy(source: Path, target: Path) -> str:
-    try:
-        data = source.read_bytes()
-    except OSError as error:
-        raise FileUnreadable(path=source, reason=error.strerror or str(error)) from error
-    files.write(target, data)
+    files.write(target, files.read_bytes(source))
     return str(target)
 
 

@@ -15,6 +15,7 @@ from yaml.composer import ComposerError
 from yaml.constructor import ConstructorError
 from yaml.scanner import ScannerError
 
+from dmc41x3.files import read_bytes
 from dmc41x3.i18n import phrase
 from maya_un.errors import FileUnreadable, InvalidJob
 
@@ -36,13 +37,7 @@ def read_document(path: Path) -> Any:
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as file:  # a device has no size, so the reading itself is bounded
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise FileUnreadable(path=path, reason=phrase("it is larger than {most} bytes", most=MOST_BYTES))
-        return data.decode("utf-8")
-    except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
+        return read_bytes(path, MOST_BYTES).decode("utf-8")
     except UnicodeDecodeError as error:
         raise FileUnreadable(path=path, reason="it is not UTF-8 text") from error
 

@@ -34,6 +34,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from dmc41x3.files import unreadable
 from dmc41x3.i18n import phrase
 from maya_un.config.files import alone
 from maya_un.config.files import replace as replace_file
@@ -253,7 +254,7 @@ class PoseStore:
         except FileNotFoundError:
             return ""
         except OSError as error:
-            raise FileUnreadable(path=self._path, reason=error.strerror or str(error)) from error
+            raise unreadable(self._path, error) from error
 
     def _write(self, taught: TaughtPlaces) -> None:
         text = to_toml(taught)

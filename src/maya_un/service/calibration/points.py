@@ -21,10 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dmc41x3.files import open_own, writable_place
+from dmc41x3.files import open_own, read_bytes, unwritable, writable_place
 from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
-from maya_un.errors import FileUnreadable, FileUnwritable, InvalidValue
+from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.kinematics.calibration import Observations
 from maya_un.values import AXES, Point
 
@@ -102,14 +102,7 @@ def parsed(data: bytes, path: Path, config: Config) -> PointFile:
 
 def content(path: Path) -> bytes:
     """Return the content of a file of points; raises `FileUnreadable`."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise FileUnreadable(path=path, reason=error.strerror or str(error)) from error
-    if len(data) > MOST_BYTES:
-        raise FileUnreadable(path=path, reason=phrase("it is larger than {most} bytes", most=MOST_BYTES))
-    return data
+    return read_bytes(path, MOST_BYTES)
 
 
 def _cells(line: str) -> list[str]:
@@ -268,7 +261,7 @@ class PointNotebook:
         except OSError as error:
             with suppress(OSError):
                 os.truncate(self._path, before)
-            raise FileUnwritable(path=self._path, reason=error.strerror or str(error)) from error
+            raise unwritable(self._path, error) from error
 
 
 _WHOLE = 1.0

@@ -10,11 +10,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from dmc41x3.files import unwritable
 from dmc41x3.i18n import phrase
 from maya_un.config import Config
 from maya_un.config.files import replace
 from maya_un.controller.protocol import Controller
-from maya_un.errors import FileUnwritable, InvalidRequest, InvalidValue, NotFound
+from maya_un.errors import InvalidRequest, InvalidValue, NotFound
 from maya_un.kinematics.calibration import FittedConstants, model, named
 from maya_un.schema.calibration import CalibrationFit, CalibrationPoint, CalibrationView
 from maya_un.service.access.operations import LOCAL, Caller
@@ -129,7 +130,7 @@ class CalibrationService:
             if measured is None:
                 path.unlink(missing_ok=True)  # a head without points may be that of another configuration
         except OSError as error:
-            raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+            raise unwritable(path, error) from error
         PointNotebook(path, self._config).add(counts, point)
         return self._viewed()
 
@@ -150,7 +151,7 @@ class CalibrationService:
             if is_there(path):
                 path.replace(path.with_name(f"{path.name}.old"))
         except OSError as error:
-            raise FileUnwritable(path=path, reason=error.strerror or str(error)) from error
+            raise unwritable(path, error) from error
         return self._viewed()
 
 
