@@ -36,7 +36,7 @@ from maya_un.process.queue.believed import BelievedParts
 from maya_un.process.queue.changes import Changes, Dates, QueuePauser, Transaction, TransactionLog
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, JobEditor, JobSubmitter, SubmitRequest
 from maya_un.process.queue.entries import OpenQuestion, QueueEntries, QueueEntry
-from maya_un.process.queue.recovery import JobRecoverer, RecoveryChoice
+from maya_un.process.queue.recovery import JobRecoverer
 from maya_un.process.queue.report import next_step
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler, ShieldedTasks
@@ -50,7 +50,7 @@ from maya_un.process.spec.tasks import Recall, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
-from maya_un.schema.jobs import JobReport, PauseReason, TaskState
+from maya_un.schema.jobs import JobReport, PauseReason, RecoveryChoice, TaskState
 from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.values import Mode
 from maya_un.workers import WorkerSet

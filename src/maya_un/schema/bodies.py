@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
 from dmc41x3.i18n import LANGUAGES, phrase
+from maya_un.schema.jobs import PauseTime, QueueEnd, RecoveryChoice
 from maya_un.schema.people import LONGEST, PATIENCE, RoleName
 from maya_un.values import FARTHEST, JOG_AXES, LEAST_OVERRIDE, LEAST_SPEED
 
@@ -191,7 +192,7 @@ class Pausing:
     """When the queue pauses: after the running step, or now, with the step held on its path."""
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
-    when: Literal["after step", "now"] = "after step"
+    when: PauseTime = "after step"
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,7 +202,7 @@ class Moving:
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
     before: int | None = None
     after: int | None = None
-    to: Literal["first", "last"] | None = None
+    to: QueueEnd | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,7 +222,7 @@ class Recovering:
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = _ONLY_THESE
-    choice: Literal["resume", "redo", "skip", "abort"]
+    choice: RecoveryChoice
     holding: bool | None = None
     resume_queue: bool = True
     job: Annotated[int, Field(ge=1)] | None = None

@@ -86,6 +86,26 @@ class OnFailure(StrEnum):
     PAUSE = "pause"
 
 
+class RecoveryChoice(StrEnum):
+    """The decision about an interrupted job.
+
+    `resume` repeats the interrupted step, or counts it as done if the gripper shows that it was done; `redo` repeats
+    it; `skip` leaves it out; `abort` ends the job.
+    """
+
+    RESUME = "resume"
+    REDO = "redo"
+    SKIP = "skip"
+    ABORT = "abort"
+
+
+PauseTime = Literal["after step", "now"]
+"""When the queue pauses: after the running step, or now, with the step held on its path."""
+
+QueueEnd = Literal["first", "last"]
+"""An end of the queue."""
+
+
 class QueueMode(StrEnum):
     """Whether jobs start: `pausing` finishes the running step first, `paused` starts nothing."""
 

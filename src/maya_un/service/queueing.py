@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import EventsForgotten, InvalidRequest, InvalidValue, JobChanged, NotFound
@@ -22,7 +22,7 @@ from maya_un.process.spec.stored import version_of
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.recording import SavingCause, TimeSpan
 from maya_un.recorder.scope import require_columns, sampled
-from maya_un.schema.jobs import JobLine, JobReport, QueueView
+from maya_un.schema.jobs import JobLine, JobReport, PauseTime, QueueEnd, QueueView
 from maya_un.schema.people import AuditLine
 from maya_un.schema.recordings import ScopeView
 from maya_un.schema.robot import EventMessage, Kept
@@ -151,8 +151,8 @@ def _line(numbered: tuple[int, AuditRow]) -> AuditLine:
     return AuditLine(number, row.date, row.who, row.role, row.source, row.operation, row.code, row.detail)
 
 
-_WHEN = ("after step", "now")
-_ENDS = ("first", "last")
+_WHEN: tuple[PauseTime, ...] = get_args(PauseTime)
+_ENDS: tuple[QueueEnd, ...] = get_args(QueueEnd)
 
 
 class QueueService:

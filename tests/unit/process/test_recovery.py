@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from maya_un.errors import AnswerNeeded, InvalidValue
 from maya_un.process.queue.recovery import RecoveryDecision, RecoverySituation, choices, decide
-from maya_un.schema.jobs import TRANSITIONS, TaskState
+from maya_un.schema.jobs import TRANSITIONS, RecoveryChoice, TaskState
 
 COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 
@@ -116,8 +116,9 @@ def test_every_choice_has_a_description(situation: RecoverySituation) -> None:
 
 
 def test_invalid_choice_is_refused_with_the_valid_ones() -> None:
-    with pytest.raises(InvalidValue, match="resume, abort"):
-        decide(RecoverySituation("", (), None), "redo", None)
+    with pytest.raises(InvalidValue, match="resume, abort") as refused:
+        decide(RecoverySituation("", (), None), RecoveryChoice.REDO, None)
+    assert refused.value.details["value"] == "'redo'"
 
 
 def test_contradiction_of_the_machine_is_reported() -> None:

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
 from maya_un.quantities import duration
+from maya_un.schema.people import RoleName
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
 MaybeName = Annotated[str | None, typer.Argument(metavar="[NAME]", help="default: yourself")]
-Role = Annotated[Literal["viewer", "student", "operator", "admin"], typer.Option(help="the role of the user")]
+Role = Annotated[RoleName, typer.Option(help="the role of the user")]
 Note = Annotated[
     str, typer.Option(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
 ]
@@ -142,7 +143,7 @@ def role(
     context: typer.Context,
     name: Name,
     role: Annotated[
-        Literal["viewer", "student", "operator", "admin"],
+        RoleName,
         typer.Argument(metavar="ROLE", help="viewer, student, operator or admin"),
     ],
 ) -> int:

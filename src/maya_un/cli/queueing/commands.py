@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.cli.settings import settings_of
-from maya_un.schema.jobs import MOST_PRIORITY, MOST_RETRIES
+from maya_un.schema.jobs import MOST_PRIORITY, MOST_RETRIES, OnFailure, QueueEnd, RecoveryChoice
 
 
 def _priority(default: str) -> Any:
@@ -38,8 +38,8 @@ After = Annotated[
 Notes = Annotated[
     str | None, typer.Option(metavar="TEXT", help="free text that other people see; it has no effect on the robot")
 ]
-OnFailure = Annotated[Literal["continue", "pause"] | None, _on_failure("continue")]
-NewOnFailure = Annotated[Literal["continue", "pause"] | None, _on_failure("unchanged")]
+FailureAction = Annotated[OnFailure | None, _on_failure("continue")]
+NewFailureAction = Annotated[OnFailure | None, _on_failure("unchanged")]
 Retries = Annotated[int | None, _retries("0")]
 NewRetries = Annotated[int | None, _retries("unchanged")]
 Stepwise = Annotated[bool | None, typer.Option(help="pause after every step")]
@@ -140,7 +140,7 @@ def move(
     context: typer.Context,
     job: Number,
     where: Annotated[
-        Literal["first", "last", "before", "after"],
+        Literal[QueueEnd, "before", "after"],
         typer.Argument(help="first or last: of all waiting jobs; before or after: of the other job"),
     ],
     other: Other = None,
@@ -157,7 +157,7 @@ def move(
 def recover(
     context: typer.Context,
     choice: Annotated[
-        Literal["resume", "redo", "skip", "abort"] | None,
+        RecoveryChoice | None,
         typer.Argument(help="one of the four; without it the command asks, on a terminal"),
     ] = None,
     holding: Holding = None,
@@ -222,7 +222,7 @@ def submit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     held: Annotated[bool, typer.Option("--held", help="hold the job until a person releases it")] = False,
     after: After = None,
     notes: Notes = None,
-    on_failure: OnFailure = None,
+    on_failure: FailureAction = None,
     retries: Retries = None,
     stepwise: Stepwise = None,
     wait: Annotated[bool, typer.Option("--wait", help="follow the job to its end; Ctrl-C cancels it")] = False,
@@ -325,7 +325,7 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     priority: NewPriority = None,
     after: After = None,
     notes: Notes = None,
-    on_failure: NewOnFailure = None,
+    on_failure: NewFailureAction = None,
     retries: NewRetries = None,
     stepwise: Stepwise = None,
 ) -> int:

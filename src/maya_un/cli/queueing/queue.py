@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import Any, get_args
 
 from dmc41x3.i18n import PHRASE, phrase, translate
 from maya_un.cli import output
@@ -15,7 +15,7 @@ from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import QueueEnd, TaskState
 
 AT_REST = 120.0
 """Longest wait for a change of the queue, which may have to stop the robot first [s]."""
@@ -118,7 +118,7 @@ def clear(settings: OutputSettings) -> int:
 
 def move(job: int, where: str, other: int | None, settings: OutputSettings) -> int:
     """Move a job to "first" or "last", or "before" or "after" the `other`; raises `InvalidCommandLine`."""
-    if where in {"first", "last"} and other is None:
+    if where in get_args(QueueEnd) and other is None:
         place: dict[str, Any] = {"to": where}
     elif where in {"before", "after"} and other is not None:
         place = {where: other}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import unicodedata
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, cast
+from typing import Any
 
 from dmc41x3.i18n import phrase, translate
 from maya_un.cli import output
@@ -15,13 +15,12 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine
-
-Choice = Literal["resume", "redo", "skip", "abort"]
+from maya_un.schema.jobs import RecoveryChoice
 
 _COMMAND = "maya queue recover"
 
 
-def recover(choice: Choice | None, holding: bool | None, settings: OutputSettings, *, pause: bool) -> int:
+def recover(choice: RecoveryChoice | None, holding: bool | None, settings: OutputSettings, *, pause: bool) -> int:
     """Decide about the interrupted job; on a terminal, prompt for missing answers.
 
     With `pause` the queue stays paused. Raises `InvalidCommandLine` if a choice is missing without a terminal, and
@@ -38,12 +37,12 @@ def recover(choice: Choice | None, holding: bool | None, settings: OutputSetting
         output.say(text.recovery(offer, settings.language, units_of(settings)))
         names = [one["name"] for one in offer["choices"]]
         question = translate("Choose what to do with the job ({choices}): ", settings.language)
-        choice = cast("Choice", typed(question, names, settings.language))
+        choice = RecoveryChoice(typed(question, names, settings.language))
     if holding is None and asks and _needs_answer(offer, choice):
         yes, no = translate("yes", settings.language), translate("no", settings.language)
         question = translate("Does the gripper hold a part (yes, no)? ", settings.language)
         holding = typed(question, (yes, no), settings.language) == yes
-    view = client.ask(requests.choose_recovery(choice, holding=holding, resume_queue=not pause, job=offer["job"]))
+    view = client.ask(requests.choose_recovery(choice.value, holding=holding, resume_queue=not pause, job=offer["job"]))
     said = text.mode(view, settings.language)
     if view["recovery"] is not None:  # another job is interrupted
         said = f"{said}\n\n{text.recovery(view['recovery'], settings.language, units_of(settings))}"

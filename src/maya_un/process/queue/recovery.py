@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from typing import NamedTuple
 
 from dmc41x3.i18n import phrase
@@ -28,19 +27,10 @@ from maya_un.process.spec.statements import Condition
 from maya_un.process.spec.tasks import ACTIONS, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives.primitive import PartEffect
-from maya_un.schema.jobs import Choice, PauseReason, Recovery, TaskState
+from maya_un.schema.jobs import Choice, PauseReason, Recovery, RecoveryChoice, TaskState
 from maya_un.values import GripperState, Mode
 
 QUESTION = phrase("Does the gripper hold a part?")
-
-
-class RecoveryChoice(StrEnum):
-    """The choices of a user."""
-
-    RESUME = "resume"
-    REDO = "redo"
-    SKIP = "skip"
-    ABORT = "abort"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +83,9 @@ def decide(situation: RecoverySituation, choice: str, holding: bool | None) -> R
     offered = [one.name for one in choices(situation)]
     if choice not in offered:
         raise InvalidValue(
-            key="choice", value=repr(choice), reason=phrase("it must be one of {choices}", choices=", ".join(offered))
+            key="choice",
+            value=repr(str(choice)),
+            reason=phrase("it must be one of {choices}", choices=", ".join(offered)),
         )
     if holding and situation.holding is False:
         raise InvalidValue(key="holding", value="true", reason="the gripper is open")
