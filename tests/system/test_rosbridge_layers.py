@@ -323,7 +323,7 @@ async def test_holder_of_the_lease_drives_and_the_graph_is_notified(tmp_path: Pa
     [
         ("resume-queue", None, "4005", "'resume-queue' is unknown; `maya call` lists all operations"),
         ("recording", {"name": "x"}, "4005", "'recording' is unknown"),
-        ("reach", {"x": 1.0, "y": 1.0}, "4005", "z: it is missing"),
+        ("reach", {"x": 1.0, "y": 1.0}, "4005", "z: reach needs z"),
         ("reach", {"x": 1.0, "y": 1.0, "z": "high"}, "4005", "z: it is not of the type float"),
         ("reach", {"x": True, "y": 1.0, "z": 1.0}, "4005", "x: it is not of the type float"),
         ("reach", {"x": 1.0, "y": 1.0, "z": 1.0, "w": 1.0}, "4005", "w: reach has the parameters x, y, z"),

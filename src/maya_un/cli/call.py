@@ -11,9 +11,9 @@ from dmc41x3.i18n import phrase
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
 from maya_un.cli.settings import OutputSettings
-from maya_un.client.operations import Operation, operations
+from maya_un.client.operations import Operation, operation_named, operations, request_of
 from maya_un.client.request import Request
-from maya_un.errors import InvalidCommandLine
+from maya_un.errors import InvalidCommandLine, InvalidRequest
 
 
 def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> int:
@@ -24,35 +24,31 @@ def call(name: str | None, given: Sequence[str], settings: OutputSettings) -> in
     """
     if name is None:
         return _list(settings)
-    operation = operations().get(name)
-    if operation is None:
-        raise _invalid(phrase("there is no operation {name}, and `maya call` lists all operations", name=name))
-    request = request_of(name, operation, given)
+    request = request_from(name, given)
     output.emit(ServiceClient.find().ask(request))
     return output.DONE
 
 
-def request_of(name: str, operation: Operation, given: Sequence[str]) -> Request[Any]:
-    """Return the request of an operation; raises `InvalidCommandLine` for unknown or missing parameters.
+def request_from(name: str, given: Sequence[str]) -> Request[Any]:
+    """Return the request of the operation `name` for parameters like "ratio=0.5"; raises `InvalidCommandLine`.
 
     A value is parsed as JSON. It stays text if it is not JSON or if the parameter is text.
     """
-    parameters = inspect.signature(operation).parameters
-    values: dict[str, Any] = {}
-    for pair in given:
-        key, is_pair, text = pair.partition("=")
-        if not is_pair:
-            raise _invalid(phrase("{pair} is not of the form NAME=VALUE", pair=pair))
-        if key not in parameters:
-            names = ", ".join(parameters) or phrase("none")
-            raise _invalid(
-                phrase("{name} has no parameter {key}; its parameters: {names}", name=name, key=key, names=names)
-            )
-        values[key] = _value(text, str(parameters[key].annotation))
-    missing = [key for key, one in parameters.items() if one.default is one.empty and key not in values]
-    if missing:
-        raise _invalid(phrase("{name} needs {names}", name=name, names=", ".join(missing)))
-    return operation(**values)
+    try:
+        parameters = inspect.signature(operation_named(name)).parameters
+        texts = dict(map(_pair, given))
+        kinds = {key: str(one.annotation) for key, one in parameters.items()}
+        return request_of(name, {key: _value(text, kinds.get(key, "")) for key, text in texts.items()})
+    except InvalidRequest as refused:
+        key, reason = refused.details["key"], refused.details["reason"]
+        raise _invalid(phrase("{key}: {reason}", key=key, reason=reason)) from refused
+
+
+def _pair(text: str) -> tuple[str, str]:
+    key, is_pair, value = text.partition("=")
+    if not is_pair:
+        raise _invalid(phrase("{pair} is not of the form NAME=VALUE", pair=text))
+    return key, value
 
 
 def _list(settings: OutputSettings) -> int:

@@ -43,9 +43,9 @@ def request_of(name: str, values: Mapping[str, Any]) -> Request[Any]:
             reason = phrase("{name} has the parameters {names}", name=name, names=names)
             raise InvalidRequest(key=key[:64], reason=reason)
         _check_type(key, value, str(parameters[key].annotation))
-    for key, one in parameters.items():
-        if one.default is one.empty and key not in values:
-            raise InvalidRequest(key=key, reason="it is missing")
+    missing = [key for key, one in parameters.items() if one.default is one.empty and key not in values]
+    if missing:
+        raise InvalidRequest(key=missing[0], reason=phrase("{name} needs {names}", name=name, names=", ".join(missing)))
     return operation(**values)
 
 

@@ -6,8 +6,6 @@ import pytest
 
 from maya_un.cli import call
 from maya_un.cli.main import main
-from maya_un.client import requests
-from maya_un.client.operations import operations
 from maya_un.errors import InvalidCommandLine
 
 
@@ -25,27 +23,28 @@ from maya_un.errors import InvalidCommandLine
 def test_parameters_are_read_as_the_operation_declares_them(
     name: str, given: list[str], target: str, body: object
 ) -> None:
-    request = call.request_of(name, operations()[name], given)
+    request = call.request_from(name, given)
     assert (request.target, request.body) == (target, body)
 
 
 @pytest.mark.parametrize(
     ("given", "reason"),
     [
-        (["x=1", "y=1"], "reach needs z"),
-        (["x=1", "y=1", "z=1", "w=1"], "reach has no parameter w; its parameters: x, y, z"),
+        (["x=1"], "y: reach needs y, z"),
+        (["x=1", "y=1", "z=1", "w=1"], "w: reach has the parameters x, y, z"),
+        (["x=1", "y=1", "z=high"], "z: it is not of the type float"),
         (["0.5"], "0.5 is not of the form NAME=VALUE"),
     ],
 )
 def test_bad_parameters_are_named(given: list[str], reason: str) -> None:
     with pytest.raises(InvalidCommandLine) as caught:
-        call.request_of("reach", requests.reach, given)
+        call.request_from("reach", given)
     assert caught.value.details["reason"] == reason
 
 
 def test_unknown_operation_is_refused_before_anything_is_sent(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["call", "resume-queue"]) == 2
-    assert "there is no operation resume-queue" in capsys.readouterr().err
+    assert "operation: 'resume-queue' is unknown; `maya call` lists all operations" in capsys.readouterr().err
 
 
 def test_list_has_every_operation_that_answers_in_json(capsys: pytest.CaptureFixture[str]) -> None:
