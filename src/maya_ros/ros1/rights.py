@@ -17,10 +17,9 @@ from pathlib import Path
 from dmc41x3.i18n import phrase
 from maya_ros.graph.access import Guest, TokenChecker
 from maya_un import credentials
-from maya_un.config.state_folder import state_folder
+from maya_un.config.state_folder import queue_file
 from maya_un.errors import FileUnreadable, MayaError, NotSignedIn
 from maya_un.http import dates
-from maya_un.process.journal.file import FILE_NAME
 from maya_un.service.access.callers import Callers, Hasher
 from maya_un.service.access.operations import BYSTANDER, ROS, RULES, STOPPING, Caller, Operation, allowed, require
 from maya_un.service.access.users import ReadOnlyStore, UserRegistry
@@ -88,7 +87,7 @@ class FolderTokenChecker:
     """Users and tokens of the state folder, read only; a `guest.TokenChecker`."""
 
     def __init__(self, speed: float) -> None:
-        self._store = ReadOnlyStore(state_folder() / FILE_NAME)
+        self._store = ReadOnlyStore(queue_file())
         self._register = UserRegistry(self._store)
         self._speed = max(1.0, speed)
         self.callers = Callers(self._register, dates, speed=speed, hasher=Hasher())

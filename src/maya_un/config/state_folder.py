@@ -24,6 +24,19 @@ def state_folder() -> Path:
     return own((Path(home) if home else Path.home() / ".local" / "state") / "maya")
 
 
+def queue_file() -> Path:
+    """Return the file of the queue, its history and the users, in the folder of state."""
+    return state_folder() / _QUEUE
+
+
+def own_queue_file() -> Path:
+    """Return the file of the queue in the folder that `own_state_folder` creates; raises `FileUnwritable`."""
+    return own_state_folder() / _QUEUE
+
+
+_QUEUE = "maya.db"
+
+
 def own_state_folder() -> Path:
     """Return the folder of state, created with access for its owner alone if it is missing.
 

@@ -18,6 +18,7 @@ from maya_un.cli.access import files, lease
 from maya_un.cli.access.users import reset
 from maya_un.cli.main import main
 from maya_un.cli.settings import OutputSettings
+from maya_un.config.state_folder import queue_file
 from maya_un.errors import LeaseLost
 from maya_un.process.journal import file
 from maya_un.runtime import Running
@@ -70,7 +71,7 @@ def kept(monkeypatch: pytest.MonkeyPatch) -> Iterator[Kept]:
 @pytest.fixture
 def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("MAYA_STATE_DIR", str(tmp_path / "own"))
-    return tmp_path / "own" / file.FILE_NAME
+    return queue_file()
 
 
 def printed(line: str, capsys: pytest.CaptureFixture[str], code: int = 0) -> str:

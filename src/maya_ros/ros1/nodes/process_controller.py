@@ -27,7 +27,7 @@ from maya_un import runtime
 from maya_un.assembly.stack import ProcessAssembly, keep_events, process_layer, storage
 from maya_un.assembly.staff import staffed
 from maya_un.config import Config, default_path
-from maya_un.config.state_folder import state_folder
+from maya_un.config.state_folder import queue_file
 from maya_un.errors import AddressInUse, MayaError
 from maya_un.events import EventLog
 from maya_un.http import dates, log
@@ -36,7 +36,6 @@ from maya_un.http.bridge import Bridge
 from maya_un.http.metrics import Metrics
 from maya_un.http.sockets import PORT, bound_socket
 from maya_un.http.thread import served
-from maya_un.process.journal.file import FILE_NAME
 
 
 def main() -> int:
@@ -93,7 +92,7 @@ async def _layer(
     simulated = await node.flag("sim_mode", default=True)
     address = SIM if simulated else meant(str(await node.parameter("address", REAL)), config.controller.address)
     async with (
-        storage(state_folder() / FILE_NAME, config.storage) as kept,
+        storage(queue_file(), config.storage) as kept,
         GraphController.on(node.graph, config, speed=node.speed) as controller,
     ):
         assert kept.journal is not None

@@ -24,7 +24,7 @@ from maya_un.cli.client import ServiceClient
 from maya_un.cli.report import table
 from maya_un.cli.settings import OutputSettings
 from maya_un.client import requests
-from maya_un.config.state_folder import own_state_folder
+from maya_un.config.state_folder import own_queue_file
 from maya_un.errors import InvalidCommandLine, InvalidValue
 from maya_un.http.dates import now
 from maya_un.process.journal import file
@@ -300,7 +300,7 @@ def forget(journal: str | None, settings: OutputSettings) -> int:
 
 async def _in_file(journal: str | None, change_of: Callable[[Sequence[User], Sequence[Token]], Change]) -> None:
     """Change users and tokens in the file of the queue; raises `StorageInUse`, `StorageDamaged` and related errors."""
-    path = own_state_folder() / file.FILE_NAME if journal is None else Path(journal)
+    path = own_queue_file() if journal is None else Path(journal)
     file.require_place(path)
     path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     lock = file.JournalLock(path)

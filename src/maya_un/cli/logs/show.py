@@ -19,13 +19,12 @@ from typing import NamedTuple
 from dmc41x3.i18n import one_line, phrase, visible
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
-from maya_un.config.state_folder import state_folder
+from maya_un.config.state_folder import queue_file, state_folder
 from maya_un.errors import FileUnreadable, InvalidValue, MayaError, UnknownName
 from maya_un.events import DECLARED, UnknownEvent, event_of
 from maya_un.http.log import level_of, log_path
 from maya_un.http.log_reader import LogReader, at_least, entry_time
 from maya_un.process.journal import history
-from maya_un.process.journal.file import FILE_NAME
 from maya_un.process.journal.protocol import EventRow
 from maya_un.schema.diagnosis import LEVELS, LogEntry
 
@@ -95,7 +94,7 @@ class LogSources:
     """The journal and the log, for repeated reading; `trouble` is the error of an unreadable journal, or None."""
 
     def __init__(self) -> None:
-        self._journal = state_folder() / FILE_NAME
+        self._journal = queue_file()
         self._number = 0
         self.trouble: MayaError | None = None
         events = self._events(1, "")
@@ -132,7 +131,7 @@ def show(
     found = [entry for entry in entries if wanted.has(entry)][-wanted.lines :]
     if sources.trouble is not None:
         output.complain(sources.trouble, settings._replace(json=False))
-    if not found and not follow and not (state_folder() / FILE_NAME).exists() and not log_path().exists():
+    if not found and not follow and not queue_file().exists() and not log_path().exists():
         raise FileUnreadable(
             path=state_folder(),
             reason="nothing has been stored there yet; `maya up` stores a log and a journal",

@@ -36,7 +36,7 @@ from maya_un.cli.service.listeners import RemoteAccess, graph_at, require_users,
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.waiting import because
 from maya_un.config import Config
-from maya_un.config.state_folder import own_state_folder
+from maya_un.config.state_folder import own_queue_file
 from maya_un.dashboard.pages import add_dashboard
 from maya_un.errors import InvalidValue, MayaError
 from maya_un.http import dates, log
@@ -395,11 +395,11 @@ def ros2_of(namespace: str, remaps: Sequence[str] = ()) -> Ros2Options:
 
 
 def journal_file(named: str | None) -> Path | None:
-    """Return the file of the queue: by default `maya.db` in the state folder, None for "memory"."""
+    """Return the file of the queue: by default that in the state folder, None for "memory"."""
     if named == MEMORY:
         return None
     if named is None:
-        return own_state_folder() / "maya.db"
+        return own_queue_file()
     require_place(Path(named))
     return Path(named)
 

@@ -18,7 +18,7 @@ from urllib.parse import urlsplit
 from dmc41x3.i18n import phrase
 from maya_un import __version__, runtime
 from maya_un.config import Config, default_path, load
-from maya_un.config.state_folder import state_folder
+from maya_un.config.state_folder import queue_file, state_folder
 from maya_un.errors import MayaError, SessionTakenOver, StorageDamaged, translated
 from maya_un.http.doctor.certificate import certificates
 from maya_un.http.doctor.finding import Finding, Look, fail, ok, skipped, warn
@@ -154,7 +154,7 @@ def served_config(path: str, language: str) -> Iterator[Finding]:
 def storage(language: str, *, served_by: int) -> Iterator[Finding]:
     """Check the file of the queue, completely unless the process `served_by` uses it (0: no process)."""
     folder = state_folder()
-    path = folder / file.FILE_NAME
+    path = queue_file()
     if not _writable(folder):
         yield fail("storage", "storage_unwritable", path=str(folder))
     elif not path.exists():
@@ -238,7 +238,7 @@ def clock(now: datetime | None = None, root: Path = Path("/")) -> Iterator[Findi
 def _newest() -> float:
     """Return the date of the newest stored event [s since 1970], 0 without events."""
     with suppress(MayaError, ValueError):
-        for _, row in history.newest_events(state_folder() / file.FILE_NAME, 1):
+        for _, row in history.newest_events(queue_file(), 1):
             return datetime.fromisoformat(row.date).timestamp()
     return 0.0
 

@@ -84,9 +84,6 @@ def reading_error(error: sqlite3.Error | OSError, path: Path | str) -> StorageDa
     return StorageDamaged(path=path, reason=str(error))
 
 
-FILE_NAME = "maya.db"
-"""The file within the state folder."""
-
 CHECKED_WHOLE = 64 * 2**20
 """A file up to this size is checked as a whole when it is opened [bytes]; of a larger file, the tables of the queue."""
 

@@ -11,6 +11,7 @@ from dmc41x3.loops import run
 from maya_un.cli.main import main
 from maya_un.cli.queueing.commands import export
 from maya_un.cli.queueing.storage import kept
+from maya_un.config.state_folder import queue_file
 from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal
 from maya_un.schema.jobs import TaskState
@@ -28,8 +29,8 @@ def written() -> None:
     """A journal with two jobs, one of them unfinished."""
 
     async def write() -> None:
-        kept().parent.mkdir(parents=True, exist_ok=True)
-        journal = await SqliteJournal.open(kept())
+        queue_file().parent.mkdir(parents=True, exist_ok=True)
+        journal = await SqliteJournal.open(queue_file())
         await journal.add(job(1, TaskState.DONE), job(2, TaskState.QUEUED))
         await journal.close()
 
@@ -40,10 +41,10 @@ def written() -> None:
 def test_a_backup_is_made_and_put_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     copy = tmp_path / "copy.db"
     assert f"{copy}: 2 jobs, 1 of them unfinished" in printed(["queue", "backup", str(copy)], capsys)
-    kept().unlink()
+    queue_file().unlink()
     said = printed(["queue", "restore", str(copy)], capsys)
     assert "2 jobs, 1 of them unfinished. The former file is kept as nothing" in said
-    assert kept().exists()
+    assert queue_file().exists()
     assert json.loads(printed(["queue", "restore", str(copy), "--json"], capsys))["aside"] is not None
 
 

@@ -9,9 +9,8 @@ import pytest
 from dmc41x3.loops import run
 from maya_ros.ros1 import rights
 from maya_ros.ros1.rights import TOKEN_FILE, FolderTokenChecker, GraphRights, token_of_graph
-from maya_un.config.state_folder import state_folder
+from maya_un.config.state_folder import queue_file, state_folder
 from maya_un.errors import FileUnreadable, MayaError
-from maya_un.process.journal.file import FILE_NAME
 from maya_un.service.access import callers
 from maya_un.service.access.callers import Hasher
 from maya_un.service.access.operations import ROS, RULES, STOPPING, Caller, Operation, Role
@@ -31,7 +30,7 @@ def state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 async def keep(change: Change) -> None:
     """Write a change as the process does that keeps the users."""
-    store = FileStore(state_folder() / FILE_NAME)
+    store = FileStore(queue_file())
     await store.load()
     await store.apply(change)
     await store.close()
