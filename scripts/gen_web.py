@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, cast, get_args
 
+from generated_files import update
 from pydantic import TypeAdapter
 
 from dmc41x3.i18n import LANGUAGES, translations
@@ -67,18 +68,8 @@ _NAMES = {"integer": "number", "number": "number", "string": "string", "boolean"
 
 
 def main(arguments: list[str]) -> int:
-    """Write or check all files."""
-    stale = []
-    for name, text in written().items():
-        path = GENERATED / name
-        if "--check" not in arguments:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
-        elif not path.exists() or path.read_text(encoding="utf-8") != text:
-            stale.append(str(path.relative_to(GENERATED.parent.parent.parent)))
-    for path in stale:
-        print(f"{path} is stale; run scripts/gen_web.py")
-    return 1 if stale else 0
+    """Write or check all files; return 1 if a check found one that is not current."""
+    return update({GENERATED / name: text for name, text in written().items()}, arguments, "scripts/gen_web.py")
 
 
 def written() -> dict[str, str]:

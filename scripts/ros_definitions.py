@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from generated_files import ROOT, update
 
-ROOT = Path(__file__).resolve().parent.parent
 GRAPH = ROOT / "src" / "maya_ros" / "graph"
 SOURCE = GRAPH / "definitions"
 MACROS = GRAPH / "description"
@@ -31,17 +31,7 @@ TEXT_CONSTANT = re.compile(r"^(string\s+\w+) = (.*)$", re.MULTILINE)
 
 def main(arguments: list[str]) -> int:
     """Write or check all copies; return 1 where a check found one that is not current."""
-    wanted = copies()
-    there = {path: path.read_text(encoding="utf-8") for path in _present()}
-    stale = sorted(path for path in wanted.keys() | there.keys() if wanted.get(path) != there.get(path))
-    if "--check" in arguments:
-        for path in stale:
-            print(f"{path.relative_to(ROOT)} is not current: run scripts/docs")
-        return 1 if stale else 0
-    for path in stale:
-        _make(path, wanted.get(path))
-        print(path.relative_to(ROOT))
-    return 0
+    return update({**dict.fromkeys(_present()), **copies()}, arguments, "scripts/docs")
 
 
 def copies() -> dict[Path, str]:
@@ -89,14 +79,6 @@ def _present() -> list[Path]:
 
 def _files(folder: Path) -> list[Path]:
     return [path for form in FORMS for path in folder.glob(f"*/{form}/*.{form}")]
-
-
-def _make(copy: Path, text: str | None) -> None:
-    if text is None:
-        copy.unlink()
-        return
-    copy.parent.mkdir(parents=True, exist_ok=True)
-    copy.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -73,8 +73,9 @@ def test_the_copies_of_the_definitions_are_current() -> None:
 def test_a_copy_that_is_not_current_is_named_and_renewed(tmp_path: Path) -> None:
     for name in ("scripts", "src/maya_ros/graph/definitions", "ros"):
         (tmp_path / name).mkdir(parents=True)
-    script = tmp_path / "scripts" / "copy.py"
-    script.write_bytes((ROOT / "scripts" / "ros_definitions.py").read_bytes())
+    script = tmp_path / "scripts" / "ros_definitions.py"
+    for one in (script, script.with_name("generated_files.py")):
+        one.write_bytes((ROOT / "scripts" / one.name).read_bytes())
     new = tmp_path / "src" / "maya_ros" / "graph" / "definitions" / "maya_robot" / "msg" / "New.msg"
     old = tmp_path / "ros" / "maya_robot" / "msg" / "Old.msg"
     for file in (new, old):
