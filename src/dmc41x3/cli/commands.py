@@ -14,7 +14,7 @@ from dmc41x3.cli import parsing
 from dmc41x3.cli.console import ALONE, OutputSettings, Site, settings_of
 
 _COMMAND = "{dmc}"
-"""Stands in an example for the words before the name of a tool; the site of the group supplies it."""
+"""Stands in a help text for the words before the name of a tool; the site of the group supplies it."""
 
 _REAL = "{real}"
 """Stands in a help text for what `real` means; the site of the group supplies it."""
@@ -53,7 +53,6 @@ class OwnCommands(NamedTuple):
 
     twin: tuple[Command, ...]
     download: Command
-    replay: Command
 
 
 def send(
@@ -168,6 +167,23 @@ def capture(
     return command.capture(host, local, listen, out, settings_of(context))
 
 
+def replay(
+    context: typer.Context,
+    file: Annotated[str, typer.Argument(metavar="FILE", help="written by `{dmc} capture`")],
+    host: OwnOrHost = SIM,
+    tolerance: Tolerance = 50.0,
+) -> int:
+    """Replay a capture, and show the answers that differ.
+
+    The command sends only what the client sent.
+
+    Example: {dmc} replay capture.json
+    """
+    from dmc41x3.cli import recording as command
+
+    return command.replay(file, host, tolerance, settings_of(context))
+
+
 def conform(
     context: typer.Context,
     host: Annotated[str, typer.Argument(metavar="HOST[:PORT]", help=f"address of the controller, or real ({_REAL})")],
@@ -274,23 +290,25 @@ def add_to(group: typer.Typer, own: OwnCommands, site: Site, how: dict[str, Any]
     `how` holds the options of all commands, `of_groups` those of all groups.
     """
     command_class = _command_class(site)
-    tools = (send, terminal, watch, scope, upload, own.download, capture, own.replay, conform, find, assign, ip)
+    tools = (send, terminal, watch, scope, upload, own.download, capture, replay, conform, find, assign, ip)
     for command in (*own.twin, *tools):
         group.command(cls=command_class, **how)(command)
     group.add_typer(_gclib_group(how | {"cls": command_class}, of_groups), name="gclib")
 
 
 def _command_class(site: Site) -> type[TyperCommand]:
-    """Return a class of commands; their help explains `real` for `site`, and their examples begin with its words."""
+    """Return a class of commands; their help explains `real` for `site`, and names the tools with its words."""
 
     class SiteCommand(TyperCommand):
         def __init__(self, *arguments: Any, **options: Any) -> None:
             super().__init__(*arguments, **options)
             parameters: list[Any] = list(self.params)
             for parameter in parameters:
-                if parameter.help:
-                    parameter.help = parameter.help.replace(_REAL, site.real)
-            self.help = (self.help or "").replace(_COMMAND, site.command)
+                parameter.help = told(parameter.help)
+            self.help = told(self.help)
+
+    def told(text: str | None) -> str | None:
+        return text and text.replace(_REAL, site.real).replace(_COMMAND, site.command)
 
     return SiteCommand
 
@@ -380,7 +398,7 @@ def group() -> typer.Typer:
         no_args_is_help=True,
         context_settings={"help_option_names": ["--help", "-h"]},
     )
-    add_to(dmc, OwnCommands((serve,), download, replay), ALONE, _HOW, _GROUP)
+    add_to(dmc, OwnCommands((serve,), download), ALONE, _HOW, _GROUP)
     return dmc
 
 
@@ -423,20 +441,3 @@ def download(context: typer.Context, host: Host, file: File, run: Label = None) 
     from dmc41x3.cli import program as command
 
     return command.download(host, file, command.read(file), run, settings_of(context))
-
-
-def replay(
-    context: typer.Context,
-    file: Annotated[str, typer.Argument(metavar="FILE", help="written by `dmc capture`")],
-    host: OwnOrHost = SIM,
-    tolerance: Tolerance = 50.0,
-) -> int:
-    """Replay a capture, and show the answers that differ.
-
-    The command sends only what the client sent.
-
-    Example: {dmc} replay capture.json
-    """
-    from dmc41x3.cli import recording as command
-
-    return command.replay(file, host, tolerance, settings_of(context))

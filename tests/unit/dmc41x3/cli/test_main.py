@@ -7,7 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import pytest
 from dmc41x3 import __version__
 from dmc41x3.cli import commands
 from dmc41x3.cli.main import main
+from maya_un.cli.main import main as maya_main
 
 WITHOUT_MAYA = """
 import sys
@@ -59,6 +60,14 @@ def test_help_says_what_real_means_for_a_command_without_a_configuration(
     page = " ".join(capsys.readouterr().out.split())
     assert "real (the controller at $DMC_ADDRESS)" in page
     assert "configuration" not in page
+
+
+@pytest.mark.parametrize(("begin", "words"), [(main, "dmc"), (maya_main, "maya dmc")])
+def test_help_of_a_parameter_names_the_tools_of_its_group(
+    begin: Callable[[list[str]], int], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert begin([*words.split()[1:], "replay", "--help"]) == 0
+    assert f"written by `{words} capture`" in " ".join(capsys.readouterr().out.split())
 
 
 def test_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) -> None:
