@@ -164,11 +164,15 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
 
 
 def drive_to(tab: Tab, robot: TwinService, joints: Joints) -> None:
-    """Have the robot go to joints [rad, m, m] by the page Drive, after a preview."""
+    """Have the robot go to joints [rad, m, m] by the page Drive, after a preview. A jog lets the first preview lapse."""
     tab.page.click("[data-primitive=move]")
     tab.page.click("[data-way=joints]")
     for name, value in zip("abc", (joints.a * 180.0 / pi, joints.b * 1e3, joints.c * 1e3), strict=True):
         tab.page.locator(f"[data-joint={name}] input").fill(f"{value:.4f}")
+    tab.press("look")
+    tab.until("document.querySelector('[data-go] button:not([aria-disabled])')", "a preview")
+    robot.ask("POST /v1/jog", {"axis": "c", "distance": -0.01})
+    expect(tab.page.locator("[data-go] [role=tooltip]")).to_contain_text("have changed since the preview")
     tab.press("look")
     tab.press("go")
     robot.until(lambda status: dist(status["state"]["joints"] or (9.0, 9.0, 9.0), joints) < NEAR)

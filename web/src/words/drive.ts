@@ -40,6 +40,7 @@ export const DRIVE = words({
   chooseName: ["Choose a pose, a part or a cell first.", "Elija primero una pose, una pieza o una celda."],
   enterNumbers: ["Enter all numbers first, or click in the plan view.", "Escriba primero todos los números o haga clic en la planta."],
   needsPreview: ["Preview the motion first.", "Previsualice primero el movimiento."],
+  lapsedPreview: ["The robot or its places have changed since the preview. Preview the motion again.", "El robot o sus lugares han cambiado desde la previsualización. Previsualice de nuevo el movimiento."],
   refusedPreview: ["The preview was refused.", "La previsualización fue rechazada."],
   unknownTime: ["The duration of homing is not known in advance.", "La duración del referenciado no se conoce de antemano."],
   stopping: ["A stop takes at most {time} s, over at most {distance} {unit}.", "Una parada tarda como máximo {time} s y recorre como máximo {distance} {unit}."],
