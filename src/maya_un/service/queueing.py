@@ -275,12 +275,13 @@ class QueueService:
         )
         return self._process.shown.line(number)
 
-    async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL) -> JobLine:
+    async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL, key: str = "") -> JobLine:
         """Queue an ended job again as a new job, from `from_step` (from 1), by default the first step not done.
 
-        Raises `NotFound`, `WrongState`, `InvalidValue`; `NotConnected` and `Faulted` while nothing can run.
+        A repeated request with the same `key` and owner returns the new job of the first one. Raises `NotFound`,
+        `WrongState`, `InvalidValue`, `KeyReused`; `NotConnected` and `Faulted` while nothing can run.
         """
-        asked = SubmitRequest(RequestOwner(by.name, by.source), DEFAULT_OPTIONS, proposal=self.proposes(by))
+        asked = SubmitRequest(RequestOwner(by.name, by.source), DEFAULT_OPTIONS, key, proposal=self.proposes(by))
         new = await self._process.again(number, asked, from_step)
         return await self._process.shown.found_line(new)
 

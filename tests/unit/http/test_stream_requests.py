@@ -13,7 +13,7 @@ import httpx
 import pytest
 
 from dmc41x3.loops import run
-from maya_un.errors import RequestLate
+from maya_un.errors import NotConnected, RequestLate
 from maya_un.http.app import create_app
 from maya_un.http.bridge import Bridge
 from maya_un.http.sockets import bound_socket
@@ -45,6 +45,14 @@ class Robot(Watched):
 
     async def jog_release(self, press: str | None) -> None:
         self.asked.append("released")
+
+    async def submit(self, *_: object, key: str, **__: object) -> None:
+        self.asked.append(("submit", key))
+        raise NotConnected
+
+    async def again(self, number: int, *, from_step: int, by: object, key: str) -> None:
+        self.asked.append(((number, from_step), key))
+        raise NotConnected
 
     @property
     def previews(self) -> Robot:
@@ -164,6 +172,9 @@ def test_post_is_the_method_of_a_request_without_one() -> None:
         ({"path": "/v1/health", "sent": "now"}, "sent"),
         ({"path": "/v1/health", "sent": True}, "sent"),
         ({"path": "/v1/health", "sent": 10**400}, "sent"),
+        ({"path": "/v1/stop", "key": 3}, "key"),
+        ({"path": "/v1/stop", "key": "clé"}, "key"),
+        ({"path": "/v1/stop", "key": "k\r\nHost: x"}, "key"),
     ],
 )
 def test_invalid_request_is_refused_and_the_client_stays(message: dict[str, object], key: str) -> None:
@@ -172,6 +183,20 @@ def test_invalid_request_is_refused_and_the_client_stays(message: dict[str, obje
         assert (refused["type"], refused["code"], refused["details"]["key"]) == ("error", 4005, key)
         assert (await client.ask("ping"))["type"] == "pong"
         assert robot.asked == []
+
+    run_story(story)
+
+
+@pytest.mark.parametrize(
+    ("path", "body", "asked"),
+    [("/v1/jobs", {"steps": ["home"]}, "submit"), ("/v1/jobs/3/again", {"from_step": 2}, (3, 2))],
+)
+def test_key_of_a_request_is_its_idempotency_key(path: str, body: object, asked: object) -> None:
+    async def story(robot: Robot, client: Client, http: httpx.AsyncClient) -> None:
+        await client.ask("request", path=path, body=body, key="k 1")
+        await client.ask("request", path=path, body=body)
+        await http.post(path, json=body, headers={"Idempotency-Key": "k 2"})
+        assert robot.asked == [(asked, "k 1"), (asked, ""), (asked, "k 2")]
 
     run_story(story)
 

@@ -370,6 +370,19 @@ async def test_unfinished_job_cannot_be_run_again() -> None:
             await layer.process.again(1, submit_request())
 
 
+async def test_the_same_key_runs_a_job_again_once() -> None:
+    async with Machine().running() as layer:
+        process = layer.process
+        first = await process.submit(job("home", *PICK_AND_PLACE))
+        await process.result(first)
+        assert [await process.again(first, submit_request(key="k"), 2) for _ in range(2)] == [2, 2]
+        assert await process.again(first, submit_request("ben", key="k"), 2) == 3
+        with pytest.raises(KeyReused):
+            await process.again(first, submit_request(key="k"), 3)
+        with pytest.raises(KeyReused):
+            await process.again(first, submit_request(key="k"), 1)
+
+
 async def test_a_job_is_changed_while_it_waits() -> None:
     async with Machine().running() as layer:
         process = layer.process

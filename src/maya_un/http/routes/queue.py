@@ -13,6 +13,7 @@ from maya_un.errors import (
     Faulted,
     InvalidJob,
     JobChanged,
+    KeyReused,
     NotConnected,
     NotFound,
     NotHomed,
@@ -24,6 +25,7 @@ from maya_un.errors import (
 from maya_un.http.exchange import JobNumber, answer, sent, sent_as_written
 from maya_un.http.openapi import changes_schema
 from maya_un.http.request_context import Ask
+from maya_un.http.routes.jobs import IdempotencyKey
 from maya_un.http.routing import AT_REST, Routes
 from maya_un.schema.bodies import Again, Answering, Moving, Pausing, Recovering
 from maya_un.schema.jobs import JobLine, QueueView, Recovery
@@ -254,16 +256,20 @@ def add_ordering(routes: Routes) -> None:
         tag=_JOBS,
         gives=JobLine,
         status=202,
-        refuses=(*_NO_SUCH, NotConnected, Faulted),
+        refuses=(*_NO_SUCH, KeyReused, NotConnected, Faulted),
         examples={"from the third step": {"from_step": 3}},
         client="queue.again",
     )
-    async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody) -> Response:
+    async def repeat_job(ask: Ask, job: JobNumber, body: AgainBody, key: IdempotencyKey = "") -> Response:
         """Queue an ended job again as a new job.
 
         It begins at the step `from_step` (counted from 1), by default at the first step that was not done.
         """
-        return answer(await ask(lambda service: service.queue.again(job, from_step=body.from_step, by=ask.caller)), 202)
+
+        def queued(service: Service) -> Awaitable[JobLine]:
+            return service.queue.again(job, from_step=body.from_step, by=ask.caller, key=key)
+
+        return answer(await ask(queued), 202)
 
 
 async def _view(service: Service) -> QueueView:

@@ -166,7 +166,7 @@ _KEYS: dict[str, frozenset[str]] = {
     "subscribe": frozenset({"state", "events", *TOPICS}),
     "ping": frozenset(),
     "renew": frozenset({"lease", "bound"}),
-    "request": frozenset({"method", "path", "body", "lease", "language", "sent"}),
+    "request": frozenset({"method", "path", "body", "lease", "language", "sent", "key"}),
 }
 """Messages of a client, with their keys besides `type` and `id`."""
 

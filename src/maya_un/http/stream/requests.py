@@ -81,7 +81,7 @@ class StreamRequests:
         content = json.dumps(message["body"]).encode() if message.get("body") is not None else b""
         asked = _text(message, "language", "")
         language = language_of({"accept-language": asked}) if asked else self._language()
-        headers = {**self._headers, "accept-language": language}
+        headers = {**self._headers, "accept-language": language, **_key(message)}
         return InternalRequest(method, path, headers, content)
 
     async def _answer(self, message: Mapping[str, Any], request: InternalRequest, caller: Caller) -> None:
@@ -111,6 +111,14 @@ def _require_in_time(message: Mapping[str, Any]) -> None:
     delay = asyncio.get_running_loop().time() - sent
     if not delay <= MOST_DELAY:
         raise RequestLate(seconds=round(delay), most=MOST_DELAY)
+
+
+def _key(message: Mapping[str, Any]) -> dict[str, str]:
+    """Return the header with the idempotency key of a request, {} without one."""
+    key = _text(message, "key", "")
+    if not (key.isascii() and key.isprintable() and key == key.strip()):
+        raise InvalidRequest(key="key", reason="it must be printable ASCII, without spaces around it")
+    return {"idempotency-key": key} if key else {}
 
 
 def _text(message: Mapping[str, Any], key: str, default: str) -> str:

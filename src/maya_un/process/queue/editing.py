@@ -123,7 +123,7 @@ class JobSubmitter:
         asked = replace(asked, options=checked_options(asked.options))
         if not asked.key:
             return await self._new(written, asked, "", skipped)
-        digest = _digest(written, asked)
+        digest = _digest(written, asked, skipped)
         async with self._turn_of(asked):
             known = await self._journal.keyed(asked.owner.name, asked.key)
             if known is None:
@@ -235,9 +235,11 @@ class JobSubmitter:
         return self.next_id - 1
 
 
-def _digest(written: StoredJob, asked: SubmitRequest) -> str:
+def _digest(written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow]) -> str:
     """Return a digest that identifies a request."""
     request = {"body": written.body, "options": asdict(asked.options)}
+    if skipped:
+        request["skipped"] = [step.index for step in skipped]
     return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
 
 
