@@ -3,6 +3,7 @@ import { stream } from "../state/robot.ts";
 import { Refusal, refusalOf, Unreachable, type OperationName } from "../stream/stream.ts";
 import { language } from "../words/index.ts";
 import { leaseId } from "./lease.ts";
+import { Keys } from "./once.ts";
 import { headers, token } from "./session.ts";
 
 type Value = string | number | boolean | readonly (string | number)[] | undefined;
@@ -13,6 +14,8 @@ export interface Options<Name extends OperationName> {
   body?: Operations[Name]["body"];
   /** The answer is large: it comes over HTTP, so that it delays no state on the stream. */
   large?: boolean;
+  /** The idempotency key. */
+  key?: string;
 }
 
 /** Messages of the stream may have 64 kB; longer requests go over HTTP. */
@@ -32,9 +35,16 @@ export async function ask<Name extends OperationName>(
   const target = filled(template, options.path) + queried(options.query);
   const text = options.body === undefined ? "" : JSON.stringify(options.body);
   if (!options.large && stream.ready && text.length < LONGEST_MESSAGE) {
-    return (await stream.request(method, target, options.body, leaseId.value)) as Operations[Name]["answer"];
+    return (await stream.request(method, target, options.body, leaseId.value, options.key)) as Operations[Name]["answer"];
   }
-  return (await overHttp(method, target, text)) as Operations[Name]["answer"];
+  return (await overHttp(method, target, text, false, token.value, options.key)) as Operations[Name]["answer"];
+}
+
+const keys = new Keys();
+
+/** As `ask`, for what must not be done twice: when it is asked again because the answer was lost, the service knows it. */
+export function askOnce<Name extends OperationName>(name: Name, options: Options<Name>): Promise<Operations[Name]["answer"]> {
+  return keys.use(JSON.stringify([name, options]), (key) => ask(name, { ...options, key }));
 }
 
 /** Fetches a file over HTTP and offers it for download: its token cannot be part of a link. */
@@ -53,8 +63,9 @@ export function save(data: Blob, name: string): void {
 }
 
 /** Carries out a request over HTTP, by default with the token of this tab. The lease of this tab belongs to that token. */
-export async function overHttp(method: string, target: string, text = "", keepalive = false, bearer = token.value): Promise<unknown> {
+export async function overHttp(method: string, target: string, text = "", keepalive = false, bearer = token.value, key = ""): Promise<unknown> {
   const sent = headers(language.value, bearer === token.value ? leaseId.value : "", bearer);
+  if (key) sent["Idempotency-Key"] = key;
   if (text) sent["Content-Type"] = "application/json";
   const answer = await fetched(target, { method, headers: sent, keepalive, ...(text ? { body: text } : {}) });
   return await answer.json();

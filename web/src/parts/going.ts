@@ -1,5 +1,6 @@
 import { computed, shallowRef, watch, type Ref } from "vue";
 import { ask } from "../api/ask.ts";
+import { Keys } from "../api/once.ts";
 import type { JobInspection, JobReport, Point, Task } from "../generated/api.ts";
 import { gripperAt } from "../machine/kinematics.ts";
 import { useAction } from "../state/act.ts";
@@ -32,6 +33,7 @@ export function useGoing(task: Ref<Task | null>) {
   const found = shallowRef<JobInspection | null>(null);
   const foundFor = shallowRef<{ task: string; basis: Basis } | null>(null);
   const job = shallowRef<JobReport | null>(null);
+  let keys = new Keys();
 
   const key = computed(() => JSON.stringify(task.value));
   /** Whether there is a preview of this task that counts no longer. */
@@ -51,6 +53,7 @@ export function useGoing(task: Ref<Task | null>) {
     if (asked === null) return;
     const before = { task: key.value, basis: basis.value };
     job.value = null;
+    keys = new Keys(); // go after another preview is another motion
     const body = { name: asked.command, steps: [stepOf(asked)] };
     const answer = await previewing.run(() => ask("POST /v1/inspect", { query: { samples: SAMPLES }, body }));
     found.value = answer ?? null;
@@ -60,7 +63,7 @@ export function useGoing(task: Ref<Task | null>) {
   async function go(): Promise<void> {
     const body = task.value;
     if (body === null || !ready.value) return;
-    const answer = await going.run(() => ask("POST /v1/tasks", { body }));
+    const answer = await going.run(() => keys.use("go", (once) => ask("POST /v1/tasks", { body, key: once })));
     if (answer === undefined) return;
     job.value = answer;
     foundFor.value = null; // the next motion begins elsewhere

@@ -146,12 +146,14 @@ export class Stream {
 
   /**
    * Sends a request of HTTP and returns its answer; throws `Refusal` or `Unreachable`. It says when it was sent: if the
-   * connection holds it back, the service does not carry it out later, when this page has given it up.
+   * connection holds it back, the service does not carry it out later, when this page has given it up. With a key, the
+   * service carries it out once, however often it is sent.
    */
-  async request(method: string, path: string, body?: unknown, lease?: string): Promise<unknown> {
+  async request(method: string, path: string, body?: unknown, lease?: string, key?: string): Promise<unknown> {
     const message: Message = { type: "request", method, path, sent: this.clock.shows + (performance.now() - this.clock.at) / 1000 };
     if (body !== undefined) message["body"] = body;
     if (lease !== undefined) message["lease"] = lease;
+    if (key) message["key"] = key;
     const answer = await this.ask(message);
     const status = answer["status"] as number;
     if (status >= 400) throw refusalOf(answer["body"], status);
