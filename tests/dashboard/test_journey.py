@@ -164,7 +164,7 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
 
 
 def drive_to(tab: Tab, robot: TwinService, joints: Joints) -> None:
-    """Have the robot go to joints [rad, m, m] by the page Drive, after a preview. A jog lets the first preview lapse."""
+    """Have the robot go to joints [rad, m, m] by the page Drive. A jog lets the first preview lapse."""
     tab.page.click("[data-primitive=move]")
     tab.page.click("[data-way=joints]")
     for name, value in zip("abc", (joints.a * 180.0 / pi, joints.b * 1e3, joints.c * 1e3), strict=True):

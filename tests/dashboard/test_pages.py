@@ -10,9 +10,10 @@ from playwright.sync_api import expect
 from maya_un.dashboard.pages import PAGES
 from maya_un.errors import NotHomed
 from tests.campaign import Campaign
-from tests.dashboard.services import Service
+from tests.dashboard.services import PASSWORD, Service
 from tests.dashboard.tabs import LANGUAGES, SIZES, THEMES, Tab, stop_in_sight
 from tests.secrecy import secret
+from tests.waiting import eventually
 
 HEADINGS = "[...document.querySelectorAll('main h1, main h2, main h3, main h4')].map((one) => Number(one.tagName[1]))"
 
@@ -64,6 +65,28 @@ def test_buttons_that_are_off_say_why(guarded: Service, tab_of: Callable[..., Ta
         expect(tab.page.locator(f"[data-{name}] [role=tooltip]")).to_contain_text("vic has the role viewer")
     tab.page.click("[data-pause]")
     expect(tab.page.locator("[data-pause] [role=tooltip]")).to_be_visible()
+
+
+def test_the_code_for_a_phone_ends_with_its_window_and_with_the_page(
+    guarded: Service, tab_of: Callable[..., Tab]
+) -> None:
+    def codes() -> int:
+        return sum(one["note"] == CODE for one in guarded.ask("GET /v1/users/root/tokens"))
+
+    tab = tab_of(guarded)
+    tab.page.goto(f"{guarded.url}/people")
+    tab.sign_in("root", PASSWORD)
+    for leave in (lambda: tab.page.keyboard.press("Escape"), lambda: tab.page.goto("about:blank")):
+        tab.page.click("[data-phone]")
+        tab.page.click("[data-show-code]")
+        expect(tab.page.locator("[data-phone-dialog] svg[role=img]")).to_be_visible()
+        assert codes() == 1
+        leave()
+        eventually(lambda: codes() == 0, "the end of the code")
+
+
+CODE = "code for a phone"
+"""The note of the token of a code that no phone has read."""
 
 
 FORBIDDEN = """for (const name of ['localStorage', 'sessionStorage'])

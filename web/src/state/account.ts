@@ -1,11 +1,11 @@
 import { ref } from "vue";
-import { filled, overHttp } from "../api/ask.ts";
+import { overHttp } from "../api/ask.ts";
 import { dropLease } from "../api/lease.ts";
 import { keepToken } from "../api/session.ts";
-import type { Me, NewToken, Removed, TokenLine } from "../generated/api.ts";
+import type { NewToken, Removed } from "../generated/api.ts";
 import { failureOf, type Failure } from "./act.ts";
 import { me } from "./can.ts";
-import { CODE_START, codeIn, PHONE, stamp } from "./phone.ts";
+import { CODE_START, codeIn, exchange } from "./phone.ts";
 import { connection, stream } from "./robot.ts";
 
 /** Whether a person asked for the form to sign in; it also shows when the service asks for a token. */
@@ -50,17 +50,10 @@ export function takeCode(): string {
   return found;
 }
 
-/** Exchanges the token of a code for one of this page that ends with it. So the code works once. */
+/** Signs in by the token of a code. */
 export async function redeem(code: string): Promise<void> {
   try {
-    const caller = (await overHttp("GET", "/v1/me", "", false, code)) as Me;
-    const path = filled("/v1/users/{name}/tokens", { name: caller.name });
-    const all = (await overHttp("GET", path, "", false, code)) as TokenLine[];
-    const expires = all.find((one) => one.id === caller.token)?.expires ?? "";
-    const body = JSON.stringify({ note: PHONE, expires: stamp(expires) });
-    const own = (await overHttp("POST", path, body, false, code)) as NewToken;
-    await overHttp("DELETE", filled("/v1/tokens/{token}", { token: caller.token }), "", false, own.token);
-    keepToken(own.token);
+    await exchange(code, (method, path, body, bearer) => overHttp(method, path, body, false, bearer), keepToken);
   } catch (error) {
     codeFailure.value = failureOf(error);
   }

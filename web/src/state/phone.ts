@@ -1,3 +1,6 @@
+import type { Me, NewToken, TokenLine } from "../generated/api.ts";
+import { Refusal } from "../stream/stream.ts";
+
 /** The beginning of the part of an address that signs a phone in: browsers send no server the part behind the #. */
 export const CODE_START = "#sign-in=";
 
@@ -20,4 +23,32 @@ export function codeIn(hash: string): string {
 /** Returns a date as the service reads it, "" for never. */
 export function stamp(date: Date | string): string {
   return date === "" ? "" : `${new Date(date).toISOString().slice(0, 19)}Z`;
+}
+
+/** Carries out a request with a token. */
+export type Send = (method: string, path: string, body: string, bearer: string) => Promise<unknown>;
+
+/**
+ * Exchanges the token of a code for one of this page that ends with it. So the code works once. `keep` gets the new token
+ * before the code is revoked: if that fails, the token is not lost.
+ */
+export async function exchange(code: string, send: Send, keep: (token: string) => void): Promise<void> {
+  const caller = (await send("GET", "/v1/me", "", code)) as Me;
+  const path = `/v1/users/${encodeURIComponent(caller.name)}/tokens`;
+  const all = (await send("GET", path, "", code)) as TokenLine[];
+  const expires = all.find((one) => one.id === caller.token)?.expires ?? "";
+  const own = (await send("POST", path, JSON.stringify({ note: PHONE, expires: stamp(expires) }), code)) as NewToken;
+  keep(own.token);
+  await revoked(() => send("DELETE", `/v1/tokens/${caller.token}`, "", own.token));
+}
+
+const NOT_FOUND = 4004;
+
+/** Waits for the revocation of a token. A token that is not there any more needs none: a phone has used a code up. */
+export async function revoked(revoke: () => Promise<unknown>): Promise<void> {
+  try {
+    await revoke();
+  } catch (error) {
+    if (!(error instanceof Refusal && error.code === NOT_FOUND)) throw error;
+  }
 }
