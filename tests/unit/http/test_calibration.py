@@ -79,6 +79,24 @@ async def test_point_is_measured_at_the_present_position_and_removed(tmp_path: P
         assert len(read(tmp_path / "calibration.csv", CALM).observations) == 1
 
 
+async def test_point_that_took_the_row_of_the_one_that_was_read_stays(tmp_path: Path) -> None:
+    async with calibrating(tmp_path, homed=True) as (running, client):
+        point = running.service.state.point
+        assert point is not None
+        x, y, z = point
+        (read_before,) = (await client.post(f"{PATH}/points", json={"point": [x + 0.01, y, z]})).json()["points"]
+        await client.delete(PATH)
+        (now,) = (await client.post(f"{PATH}/points", json={"point": [x, y, z]})).json()["points"]
+        assert now["row"] == read_before["row"]
+        place = f"{PATH}/points/{now['row']}"
+        for measured in (read_before["measured"], [x, y], ["nan", "nan", "nan"]):
+            refused = await client.delete(place, params={"measured": measured})
+            assert (refused.status_code, refused.json()["code"]) == (404, 4004)
+        assert (await client.get(PATH)).json()["points"] == [now]
+        left = await client.delete(place, params={"measured": now["measured"]})
+        assert (left.status_code, left.json()["points"]) == (200, [])
+
+
 async def test_point_that_is_not_plausible_is_refused(tmp_path: Path) -> None:
     async with calibrating(tmp_path, homed=True) as (_, client):
         for point in ([0.0, 0.0, 0.0], [500.0, 1200.0, 400.0], [0.5, 1.2], None, ["a", 1, 2]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import Path, Response
+from fastapi import Path, Query, Response
 
 from maya_un.errors import (
     Busy,
@@ -31,6 +31,10 @@ from maya_un.values import Point
 PointBody = Annotated[MeasuredPoint, sent(MeasuredPoint)]
 FitBody = Annotated[FitRequest, sent(FitRequest, optional=True)]
 Row = Annotated[int, Path(ge=1, le=MOST, description="row of a point")]
+Seen = Annotated[
+    list[float],
+    Query(max_length=3, description="the coordinates [m] that you have read in this row; another point stays"),
+]
 
 _CALIBRATION = "calibration"
 _FILE = (NotFound, FileUnreadable, InvalidValue)
@@ -74,9 +78,12 @@ def add_calibration(routes: Routes) -> None:
         gives=CalibrationView,
         refuses=_WRITING,
     )
-    async def remove_calibration_point(ask: Ask, row: Row) -> Response:
-        """Remove a measured point; the rows of the others stay."""
-        return answer(await ask(lambda service: service.calibration.remove(row)))
+    async def remove_calibration_point(ask: Ask, row: Row, measured: Seen = []) -> Response:  # noqa: B006
+        """Remove a measured point; the rows of the others stay.
+
+        Send `measured` of the point that you have read: if another point is in its row now, the error is 4004 NotFound.
+        """
+        return answer(await ask(lambda service: service.calibration.remove(row, measured)))
 
     @add(
         "POST",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import hashlib
 from collections.abc import Callable, Sequence
+from math import dist
 from pathlib import Path
 from typing import TypeVar
 
@@ -37,6 +38,9 @@ from maya_un.values import Joints, Point
 from maya_un.workers import Workers
 
 T = TypeVar("T")
+
+SAME_POINT = 1e-6
+"""Points that are closer than this are the same [m]; files have fewer digits."""
 
 MOST_POINTS = 500
 """Maximum number of points."""
@@ -72,9 +76,13 @@ class CalibrationService:
         counts = self._controller.state.counts
         return await self._in_thread(lambda: self._added(counts, point))
 
-    async def remove(self, row: int) -> CalibrationView:
-        """Remove the point in a row; the rows of the others stay. Raises `NotFound` and `FileUnwritable`."""
-        return await self._in_thread(lambda: self._removed(row))
+    async def remove(self, row: int, measured: Sequence[float] = ()) -> CalibrationView:
+        """Remove the point in a row; the rows of the others stay.
+
+        `measured` is the point that the caller has seen there [m]: another one stays. Raises `NotFound` and
+        `FileUnwritable`.
+        """
+        return await self._in_thread(lambda: self._removed(row, measured))
 
     async def clear(self) -> CalibrationView:
         """Remove all points; their file is kept with the ending .old. Raises `FileUnwritable`."""
@@ -134,11 +142,11 @@ class CalibrationService:
         PointNotebook(path, self._config).add(counts, point)
         return self._viewed()
 
-    def _removed(self, row: int) -> CalibrationView:
+    def _removed(self, row: int, seen: Sequence[float]) -> CalibrationView:
         path = self._place()
         data = _content(path)
         measured = _parsed(data, path, self._config)
-        if measured is None or row not in measured.observations.rows:
+        if measured is None or not _holds(measured, row, seen):
             raise NotFound(what="measured point", number=row)
         lines = data.decode("utf-8-sig").splitlines()
         lines[row - 1] = f"# removed: {lines[row - 1]}"
@@ -168,6 +176,15 @@ def _parsed(data: bytes, path: Path, config: Config) -> PointFile | None:
     if not data or not holds_rows(data.decode("utf-8", errors="replace")):
         return None
     return parsed(data, path, config)
+
+
+def _holds(measured: PointFile, row: int, seen: Sequence[float]) -> bool:
+    """Return whether a row holds a point: the one that somebody has `seen` there [m], or any if that is empty."""
+    rows = list(measured.observations.rows)
+    if row not in rows:
+        return False
+    point = measured.observations.points[rows.index(row)]
+    return not seen or (len(seen) == len(point) and dist(seen, point) < SAME_POINT)
 
 
 def _points(measured: PointFile, config: Config) -> list[CalibrationPoint]:
