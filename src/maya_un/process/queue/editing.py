@@ -237,7 +237,7 @@ class JobSubmitter:
 
 def _digest(written: StoredJob, asked: SubmitRequest, skipped: Sequence[StepRow]) -> str:
     """Return a digest that identifies a request."""
-    request = {"body": written.body, "options": asdict(asked.options)}
+    request: dict[str, object] = {"body": written.body, "options": asdict(asked.options)}
     if skipped:
         request["skipped"] = [step.index for step in skipped]
     return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
