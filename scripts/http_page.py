@@ -101,9 +101,9 @@ an idempotency key that is in use |
 | 500 | an internal error of Maya |
 | 503 | the machine, its connection, the storage or a worker process failed |
 
-`POST /v1/jobs` and `POST /v1/tasks` take the header `Idempotency-Key` (at most 200 characters). If the same user sends
-the same request with the same key again, the response is the existing job, also after a restart. The same key with
-another request is refused (4012).
+`POST /v1/jobs`, `POST /v1/tasks` and `POST /v1/jobs/{{job}}/again` take the header `Idempotency-Key` (at most 200
+characters). If the same user sends the same request with the same key again, the response is the existing job, also
+after a restart. The same key with another request is refused (4012).
 """
 
 LOG = """
