@@ -63,13 +63,13 @@ def test_preview_shows_the_duration_or_the_refusal() -> None:
 
 def test_queue_shows_running_jobs_before_waiting_ones() -> None:
     running = replace(LINE, id=6, state=TaskState.RUNNING, done=1, steps=3, eta=12.0)
-    shown = notebook.queue(QueueView(QueueMode.PAUSED, "stop", "ana", "", running, (LINE,), {}, None, None))
+    shown = notebook.queue(QueueView(QueueMode.PAUSED, PauseReason.STOP, "ana", "", running, (LINE,), {}, None, None))
     assert "The queue is paused (stop, by ana)" in shown
     assert cells(shown)[6:] == ["6", "x", "running", "ana", "1/3", "12.0", "7", "x", "queued", "ana", "0/1", "–"]
 
 
 def test_reach_shows_every_margin_or_the_reason() -> None:
-    margins = (Distance("boom", "", radians(3.0), "rad"), Distance("zone", "rack", 0.25, "m"))
+    margins = (Distance(Limit.BOOM, "", radians(3.0), "rad"), Distance(Limit.ZONE, "rack", 0.25, "m"))
     there = Reach(True, Joints(0.0, 1.0, 1.5), None, Point(0.0, 1.2, 0.4), margins)
     assert cells(notebook.reach(there))[4:] == ["boom", "3.0°", "zone rack", "250 mm"]
     away = Reach(False, None, "it is too far", None)

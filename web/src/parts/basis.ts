@@ -1,6 +1,6 @@
 import type { JobInspection, Joints } from "../generated/api.ts";
 
-/** What the preview of a motion depends on besides the motion itself. */
+/** The state of robot and service on which the preview of a motion depends. */
 export interface Basis {
   /** The run of the service: its configuration changes only when it starts again. */
   run: number | undefined;
@@ -8,7 +8,7 @@ export interface Basis {
   places: number | undefined;
   zones: number | undefined;
   closed: boolean | undefined;
-  /** Where the robot stands [rad, m, m]; null if it does not know. */
+  /** The place of the robot [rad, m, m]; null if it does not know. */
   joints: Joints | null;
 }
 

@@ -133,7 +133,7 @@ export const QUEUE = words({
   textRight: ["The text has no mistake.", "El texto no tiene errores."],
   replaced: ["Your earlier draft was replaced.", "Su borrador anterior fue reemplazado."],
   commentsGone: ["A change of the blocks removed the comments from the text.", "Un cambio en los bloques quitó los comentarios del texto."],
-  rewritten: ["A change of the blocks wrote your text anew.", "Un cambio en los bloques reescribió su texto."],
+  rewritten: ["A change of the blocks replaced your text.", "Un cambio en los bloques reescribió su texto."],
   undo: ["Undo", "Deshacer"],
   clearDraft: ["Start over", "Empezar de nuevo"],
   previewing: ["The service plans the motions", "El servicio planifica los movimientos"],

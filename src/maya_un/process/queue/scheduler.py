@@ -128,7 +128,7 @@ class Scheduler:
             await self._let_motion_go_on()
             self.wake()
         else:
-            self.pause_by_itself("stop")
+            self.pause_by_itself(PauseReason.STOP)
 
     async def step(self, by: str) -> None:
         """Do one step and pause again; if the queue runs, pause after the step under way.

@@ -10,7 +10,6 @@ import pytest
 from dmc41x3.loops import run
 from maya_un.cli.main import main
 from maya_un.cli.queueing.commands import export
-from maya_un.cli.queueing.storage import kept
 from maya_un.config.state_folder import queue_file
 from maya_un.process.journal.protocol import JobOptions, JobRow, RequestOwner
 from maya_un.process.journal.sqlite import SqliteJournal

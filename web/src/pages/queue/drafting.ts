@@ -102,7 +102,7 @@ export function createDraft(service: Translator, kept = "") {
     void format();
   }
 
-  /** Keeps the text that the service will write anew, unless that lost nothing of a person. */
+  /** Keeps the text that the service is about to replace, unless it contains nothing that a person wrote. */
   function keepFormer(): void {
     if (text.value.trim() === "" || text.value === written) return;
     const comments = /(^|\s)#/.test(text.value);
@@ -159,7 +159,7 @@ export function createDraft(service: Translator, kept = "") {
     writing = false;
   }
 
-  /** Shows why blocks have no text. What did not reach the service is formatted when the connection is back. */
+  /** Shows why blocks have no text. A request that did not reach the service is sent again when the connection is back. */
   function refused(mine: number, failure: Failure): void {
     if (mine !== change.value) return;
     problem.value = failure;
