@@ -78,7 +78,7 @@ class Running:
         with staffed(Config()) as staff, bound_socket(0) as listener:
             self.port = listener.getsockname()[1]
             async with stack(Config(), staff=staff) as robot:
-                bridge = Bridge(self._loop, robot.service, gate=robot.gate, callers=robot.entrance.callers)
+                bridge = Bridge(self._loop, robot.service, gate=robot.gate, callers=robot.access.callers)
                 async with served(create_app(bridge), listener):
                     self._robot.set_result(robot)
                     await self._over.wait()

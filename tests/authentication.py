@@ -37,7 +37,7 @@ class Days:
 class CallerRegistry:
     """Everything about who asks, with nobody yet; `halts` counts how often held jogs were stopped."""
 
-    entrance: AccessControl
+    access: AccessControl
     people: UserService
     leasing: LeaseService
     events: EventLog
@@ -57,18 +57,18 @@ class CallerRegistry:
     async def resolve(self, token: str | None, lease: str = "", source: str = "10.0.0.1") -> Caller:
         """Return who shows a token from another machine."""
         header = None if token is None else f"Bearer {token}"
-        return await self.entrance.callers.resolve(header, lease, source, loopback=False)
+        return await self.access.callers.resolve(header, lease, source, loopback=False)
 
 
 def caller_registry(store: Store | None = None, speed: float = 1.0) -> CallerRegistry:
-    """Return an authentication service; `await house.entrance.register.open()` reads a store."""
+    """Return an authentication service; `await house.access.register.open()` reads a store."""
     events, days, rows, halts = EventLog(asyncio.get_running_loop().time), Days(), list[AuditRow](), list[str]()
     cheap = Hasher(memory=8, passes=1)
-    entrance = AccessControl.new(
+    access = AccessControl.new(
         ControlLease(events, speed), store=store, calendar=days, note=rows.append, speed=speed, hasher=cheap
     )
-    leasing = LeaseService(entrance, lambda: halts.append("halt"))
-    return CallerRegistry(entrance, UserService(entrance, leasing.rights_ended), leasing, events, days, rows, halts)
+    leasing = LeaseService(access, lambda: halts.append("halt"))
+    return CallerRegistry(access, UserService(access, leasing.rights_ended), leasing, events, days, rows, halts)
 
 
 def somebody(role: Role, name: str = "", lease: str = "") -> Caller:

@@ -122,7 +122,7 @@ async def _serve(state: Path, kind: _Kind, started: Future[SharedRobot]) -> None
         async with stack(
             CALM, parts=kind.parts, speed=kind.speed, journal=journal, calendar=dates, users=FileStore(file)
         ) as running:
-            gate, callers = running.gate, running.entrance.callers
+            gate, callers = running.gate, running.access.callers
             bridge = Bridge(loop, running.service, gate=gate, callers=callers, journal=journal)
             app = create_app(bridge, OriginPolicy(near=_UNBOUNDED))
             with bound_socket(0) as near, bound_socket(0) as listener:

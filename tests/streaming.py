@@ -89,9 +89,9 @@ class Watched:
         self.forecasts: list[str] = []
         self.fleet = FleetService()
         self.forgotten = 0
-        self.entrance = AccessControl.alone(self.log)
-        self.lease = LeaseService(self.entrance, lambda: None)
-        self.users = UserService(self.entrance, self.lease.rights_ended)
+        self.access = AccessControl.alone(self.log)
+        self.lease = LeaseService(self.access, lambda: None)
+        self.users = UserService(self.access, self.lease.rights_ended)
 
     @property
     def service(self) -> Service:
@@ -115,12 +115,12 @@ class Watched:
     def refusals(self, by: Caller) -> dict[str, MayaError | None]:
         """Return what would be refused."""
         self.forecasts.append(by.name)
-        return permissions.refusals(self, self.entrance.lease, by)
+        return permissions.refusals(self, self.access.lease, by)
 
     @property
     def circumstances(self) -> object:
         """The facts on which that depends."""
-        return permissions.circumstances(self, self.entrance.lease)
+        return permissions.circumstances(self, self.access.lease)
 
     def table(self) -> TableView:
         """Return the table: a gripper, and no parts."""
@@ -193,8 +193,8 @@ async def streamed(
     watched: Watched, *, most_behind: int = MOST_EVENTS, readers: int = CLIENTS_EACH
 ) -> AsyncIterator[str]:
     """Serve the stream of a service that lives in the running loop; yields its address."""
-    gate = Gate(watched.service, watched.entrance.lease)
-    bridge = Bridge(asyncio.get_running_loop(), watched.service, gate=gate, callers=watched.entrance.callers)
+    gate = Gate(watched.service, watched.access.lease)
+    bridge = Bridge(asyncio.get_running_loop(), watched.service, gate=gate, callers=watched.access.callers)
     app = FastAPI()
     add_stream(app, bridge, most_behind, readers=readers)
     with bound_socket(0) as listener:

@@ -166,7 +166,7 @@ class TwinService(Service):
     @asynccontextmanager
     async def _served(self, config: Config, robot: Stack) -> AsyncIterator[None]:
         self._loop, self._stack = asyncio.get_running_loop(), robot
-        gate, callers = robot.gate, robot.entrance.callers
+        gate, callers = robot.gate, robot.access.callers
         bridge = Bridge(self._loop, robot.service, gate=gate, callers=callers, journal=robot.journal)
         app = create_app(bridge, addresses=self._options.addresses)
         add_dashboard(app, config.camera.url)

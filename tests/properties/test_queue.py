@@ -89,7 +89,7 @@ class World:
         self.direct.clear()
         self.layer.check_announcements()
         self.layer.controller.events.heard_by(self._hear)
-        for line in self.layer.process.shown.lines():
+        for line in self.layer.process.views.lines():
             known = self.states[line.id]
             assert line.state is known or line.state in TRANSITIONS[known], f"{line.id}: {known} became {line.state}"
             self.states[line.id] = line.state
@@ -119,7 +119,7 @@ class World:
     def _judge_turn(self, number: int) -> None:
         """No job that waits, is ready and may begin goes before the one that begins."""
         process, lease = self.layer.process, self.layer.lease
-        lines = {line.id: line for line in process.shown.lines()}
+        lines = {line.id: line for line in process.views.lines()}
         this = lines[number]
         first = self.layer.states(number)[-2:] == ["queued", "running"] and this.done == 0
         holder = lease.holder
@@ -141,8 +141,8 @@ class World:
     def _hear_step(self, step: tuple[int, int]) -> None:
         self.begun[step] += 1
         assert self.begun[step] <= 1 + self.granted[step], f"step {step} is done once more, and nobody said so"
-        if self.layer.process.shown.mode is not QueueMode.RUNNING and step[0] not in self.direct:
-            assert self.permits > 0, f"step {step} begins in a queue that is {self.layer.process.shown.mode}"
+        if self.layer.process.views.mode is not QueueMode.RUNNING and step[0] not in self.direct:
+            assert self.permits > 0, f"step {step} begins in a queue that is {self.layer.process.views.mode}"
             self.permits -= 1
 
     async def do(self, action: Action) -> None:
@@ -167,10 +167,10 @@ class World:
             "hold": lambda one: process.hold(self._some(one)),
             "release": lambda one: process.release(self._some(one), "ana"),
             "again": self._again,
-            "pause": lambda: process.turns.pause("ana", now=False),
-            "pause now": lambda: process.turns.pause("ana", now=True),
-            "resume": lambda: process.turns.resume("ana"),
-            "resume motion": process.turns.resume_motion,
+            "pause": lambda: process.scheduler.pause("ana", now=False),
+            "pause now": lambda: process.scheduler.pause("ana", now=True),
+            "resume": lambda: process.scheduler.resume("ana"),
+            "resume motion": process.scheduler.resume_motion,
             "step": self._step,
             "stop": self._stop,
             "clear": process.clear,
@@ -199,7 +199,7 @@ class World:
 
     async def _command(self) -> None:
         process = self.layer.process
-        if process.shown.mode is QueueMode.PAUSED and process.running is None:
+        if process.views.mode is QueueMode.PAUSED and process.running is None:
             self.direct.add(max(self.accepted, default=0) + 1)
         number = await process.command(Home())
         self.accepted.append(number)
@@ -215,19 +215,19 @@ class World:
         self.layer.lease.release(*self.lease)
 
     async def _recover(self, choice: str, holding: bool | None) -> None:
-        found = self.layer.process.shown.view().recovery
+        found = self.layer.process.views.view().recovery
         await self.layer.process.recover(choice, holding, resume_queue=True, by="ana")
         if found is not None and choice in {"resume", "redo"}:
             self.granted[found.job, found.index] += 1
 
     async def _step(self) -> None:
-        if self.layer.process.shown.mode is QueueMode.PAUSED:
+        if self.layer.process.views.mode is QueueMode.PAUSED:
             self.permits = 1
-        await self.layer.process.turns.step("ana")
+        await self.layer.process.scheduler.step("ana")
 
     async def _stop(self) -> None:
         self.permits = 0
-        self.layer.process.turns.halt(Stopped())
+        self.layer.process.scheduler.halt(Stopped())
         await self.layer.controller.stop()
 
     async def _kill(self) -> None:
@@ -259,18 +259,18 @@ class World:
         await elapse(10.0)
         for _ in range(200):
             process = self.layer.process
-            process_lines = [line for line in process.shown.lines() if not line.state.ended]
+            process_lines = [line for line in process.views.lines() if not line.state.ended]
             if not process_lines:
                 return
-            if process.shown.view().recovery is not None:
+            if process.views.view().recovery is not None:
                 await process.recover("abort", None, resume_queue=True, by="ana")
             for line in process_lines:
                 if line.state is TaskState.HELD:
                     await process.release(line.id, "ana")
-            if process.shown.view().recovery is None:
-                await process.turns.resume("ana")
+            if process.views.view().recovery is None:
+                await process.scheduler.resume("ana")
             await elapse(500.0)
-        raise AssertionError(f"never ended: {self.layer.process.shown.view()}")
+        raise AssertionError(f"never ended: {self.layer.process.views.view()}")
 
     async def judge_the_end(self) -> None:
         """Nothing was lost: every job that was accepted has ended, and its steps tell how."""

@@ -137,7 +137,7 @@ async def _begun(bench: Rig, phase: str, number: int, process: Process) -> None:
     while (
         sum(isinstance(e, kind) and e.detail.get("name", "") == name for e in bench.controller.events.since(0)) < count
     ):
-        report = await process.shown.report(number)
+        report = await process.views.report(number)
         assert report.state not in (TaskState.DONE, TaskState.FAILED), f"the job ended before {phase}"
         await elapse(0.1)
 

@@ -220,7 +220,7 @@ def _instant(rng: Random) -> float:
 
 async def _finishes(robot: GraphStack) -> None:
     """Have the robot do what is left, as a person would after whatever happened."""
-    assert robot.stack.process.shown.mode is QueueMode.RUNNING
+    assert robot.stack.process.views.mode is QueueMode.RUNNING
     if robot.moved() and not robot.stack.robot.holding:
         return
     if not robot.stack.controller.state.homed:

@@ -70,8 +70,8 @@ async def finishes(layers: LayerNodes) -> None:
     steps = [{"place": "tray"}] if layers.robot.holding else [{"gripper": "open"}, {"pick": "cube"}, {"place": "tray"}]
     if not layers.controller.state.homed:
         steps = ["home", *steps]
-    if layers.process.shown.mode is not QueueMode.RUNNING:
-        await layers.process.turns.resume("a person")
+    if layers.process.views.mode is not QueueMode.RUNNING:
+        await layers.process.scheduler.resume("a person")
     number = await layers.process.submit(job(*steps))
     assert await ended(layers, number) == (TaskState.DONE, 0)
     assert moved(layers)
@@ -145,11 +145,11 @@ async def test_job_ended_at_any_instant_leaves_a_usable_robot(how: str, campaign
         async with layer_nodes(parts={"cube": CUBE}) as layers:
             number = await layers.process.submit(PICK_AND_PLACE)
             await elapse(rng.uniform(0.0, LONGEST))
-            over = (await layers.process.shown.report(number)).state.ended
+            over = (await layers.process.views.report(number)).state.ended
             if how == "cancel":
                 await layers.process.cancel(number)
             elif not over:
-                layers.process.turns.halt(Stopped())
+                layers.process.scheduler.halt(Stopped())
                 await layers.controller.stop()
             state, code = await ended(layers, number)
             assert (state, code) in {
@@ -166,7 +166,7 @@ async def test_homing_is_stopped_at_any_instant_and_restarted(campaign: Campaign
         async with layer_nodes(homed=False) as layers:
             number = await layers.process.submit(job("home"))
             await elapse(rng.uniform(0.0, 250.0))
-            layers.process.turns.halt(Stopped())
+            layers.process.scheduler.halt(Stopped())
             await layers.controller.stop()
             state, _ = await ended(layers, number)
             await stands_still(layers)
@@ -183,7 +183,7 @@ async def test_paused_and_slowed_job_ends_like_an_undisturbed_one(campaign: Camp
             number = await layers.process.submit(PICK_AND_PLACE)
             for _ in range(3):
                 await elapse(rng.uniform(1.0, 30.0))
-                if (await layers.process.shown.report(number)).state.ended:
+                if (await layers.process.views.report(number)).state.ended:
                     break
                 await layers.controller.override(rng.choice([0.3, 0.6, 1.0]))
                 await _held(layers, rng)
@@ -192,10 +192,10 @@ async def test_paused_and_slowed_job_ends_like_an_undisturbed_one(campaign: Camp
 
 
 async def _held(layers: LayerNodes, rng: Random) -> None:
-    await layers.process.turns.pause("a person", now=True)
+    await layers.process.scheduler.pause("a person", now=True)
     await elapse(1.5)
     await stands_still(layers, rng.uniform(1.0, 60.0))
-    await layers.process.turns.resume("a person")
+    await layers.process.scheduler.resume("a person")
 
 
 async def test_a_fault_ends_the_job_pauses_the_queue_and_is_recovered_from() -> None:
@@ -206,10 +206,10 @@ async def test_a_fault_ends_the_job_pauses_the_queue_and_is_recovered_from() -> 
         with faults.abort_input(layers.controller_node.rig.virtual):
             assert await ended(layers, first) == (TaskState.FAILED, AbortInput.code)
             assert layers.controller.state.mode is Mode.FAULT
-            assert (layers.process.shown.mode, layers.process.shown.reason) == (QueueMode.PAUSED, "fault")
+            assert (layers.process.views.mode, layers.process.views.reason) == (QueueMode.PAUSED, "fault")
         await layers.controller.recover()
         await stands_still(layers)
-        assert not (await layers.process.shown.report(second)).state.ended
+        assert not (await layers.process.views.report(second)).state.ended
         await layers.process.cancel(second)
         await finishes(layers)
 
@@ -249,7 +249,7 @@ async def test_death_of_a_middle_node_stops_the_robot_and_the_queue(name: str, c
             await elapse(rng.uniform(0.5, 50.0))
             await layers.dies(name)
             assert await ended(layers, first) == (TaskState.FAILED, NodeGone.code)
-            assert (layers.process.shown.mode, layers.process.shown.reason) == (QueueMode.PAUSED, "fault")
+            assert (layers.process.views.mode, layers.process.views.reason) == (QueueMode.PAUSED, "fault")
             await elapse(2.0)
             await stands_still(layers)
             assert layers.controller_node.rig.controller.state.mode is Mode.IDLE
@@ -257,7 +257,7 @@ async def test_death_of_a_middle_node_stops_the_robot_and_the_queue(name: str, c
             again = robot_layer(node, CALM) if name == "robot_controller" else tasks_forwarded(node)
             async with again:
                 await stands_still(layers)
-                assert not (await layers.process.shown.report(second)).state.ended
+                assert not (await layers.process.views.report(second)).state.ended
                 await layers.process.cancel(second)
                 await finishes(layers)
 
@@ -271,14 +271,14 @@ async def test_death_of_the_controller_node_is_reported_by_all_above() -> None:
         assert await ended(layers, first) == (TaskState.FAILED, NodeGone.code)
         await elapse(0.5)
         assert layers.controller.state.mode is Mode.DISCONNECTED
-        assert (layers.process.shown.mode, layers.process.shown.reason) == (QueueMode.PAUSED, "fault")
+        assert (layers.process.views.mode, layers.process.views.reason) == (QueueMode.PAUSED, "fault")
         gone = [event for event in layers.controller.events.since(0) if isinstance(event, Disconnected)]
         assert [event.code for event in gone] == [NodeGone.code]
         with pytest.raises(NotConnected):
             await layers.process.submit(PICK_AND_PLACE)
         with pytest.raises(NotConnected):
             await layers.controller.stop()
-        assert not (await layers.process.shown.report(second)).state.ended
+        assert not (await layers.process.views.report(second)).state.ended
 
 
 async def test_death_of_the_process_node_stops_the_robot() -> None:

@@ -156,7 +156,7 @@ class Person:
 
     async def _who(self) -> Caller:
         """Show one's token, as every request does."""
-        callers = self._race.running.entrance.callers
+        callers = self._race.running.access.callers
         token = self._race.tokens[self.name]
         return await callers.resolve(f"Bearer {token}", self._lease, f"10.0.0.{len(self.name)}", loopback=False)
 
@@ -332,7 +332,7 @@ async def served_race(count: int, seed: str) -> Served:
         loop = asyncio.get_running_loop()
         gate = Watched(running.service, running.lease)
         gate.asked = []
-        bridge = Bridge(loop, running.service, gate=gate, callers=running.entrance.callers)
+        bridge = Bridge(loop, running.service, gate=gate, callers=running.access.callers)
         with bound_socket(0) as listener:
             async with served(create_app(bridge), listener):
                 asked = {"address": listener.getsockname(), "tokens": tokens, "count": count, "seed": seed}

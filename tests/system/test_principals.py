@@ -334,7 +334,7 @@ def test_rosbridge_connection_closes_when_its_token_expires(robot: SharedRobot) 
             assert await ended(client) == 4101
 
     async def expire(stack: Stack) -> None:
-        register = stack.entrance.register
+        register = stack.access.register
         register.tokens[id_of(token)] = replace(register.tokens[id_of(token)], expires="2001-01-01T00:00:00+00:00")
 
     run(main())

@@ -85,7 +85,7 @@ def test_a_stop_is_obeyed_however_many_want_all_of_the_past(campaign: Campaign) 
             for number in range(KEPT):
                 robot.controller.events.emit(PhaseBegun(f"{number:60}"))
             stops, loop = tapped(robot), asyncio.get_running_loop()
-            bridge = Bridge(loop, robot.service, gate=robot.gate, callers=robot.entrance.callers)
+            bridge = Bridge(loop, robot.service, gate=robot.gate, callers=robot.access.callers)
             with bound_socket(0) as listener:
                 port = listener.getsockname()[1]
                 async with served(create_app(bridge), listener):

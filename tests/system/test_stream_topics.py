@@ -42,7 +42,7 @@ async def streaming() -> AsyncIterator[Client]:
     with staffed(config) as staff, bound_socket(0) as listener:
         async with stack(config, speed=SPEED, parts={"cube": CUBE}, staff=staff) as robot:
             loop = asyncio.get_running_loop()
-            bridge = Bridge(loop, robot.service, gate=robot.gate, callers=robot.entrance.callers)
+            bridge = Bridge(loop, robot.service, gate=robot.gate, callers=robot.access.callers)
             async with (
                 served(create_app(bridge), listener) as url,
                 connected(f"{url.replace('http', 'ws', 1)}/v1/stream") as client,

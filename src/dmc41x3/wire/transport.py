@@ -358,7 +358,7 @@ def loopback_pair(peer: str = "loopback") -> tuple[LoopbackTransport, LoopbackTr
     return ends
 
 
-class _Letterbox:
+class _DatagramQueue:
     """Received datagrams that are not read yet, and the reader that waits for them."""
 
     def __init__(self) -> None:
@@ -393,7 +393,7 @@ class _Letterbox:
 class _DatagramReceiver(asyncio.DatagramProtocol):
     """The loop's side of a UDP socket."""
 
-    def __init__(self, letterbox: _Letterbox) -> None:
+    def __init__(self, letterbox: _DatagramQueue) -> None:
         self._letterbox = letterbox
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
@@ -409,7 +409,7 @@ class _DatagramReceiver(asyncio.DatagramProtocol):
 class UdpTransport:
     """A UDP socket for one address; created by `connect`, which sends nothing yet."""
 
-    def __init__(self, socket: asyncio.DatagramTransport, letterbox: _Letterbox, peer: str) -> None:
+    def __init__(self, socket: asyncio.DatagramTransport, letterbox: _DatagramQueue, peer: str) -> None:
         self._socket = socket
         self._letterbox = letterbox
         self._peer = peer
@@ -418,7 +418,7 @@ class UdpTransport:
     async def connect(cls, host: str, port: int) -> UdpTransport:
         """Open a new socket; raises `ConnectFailed` if the address is not valid."""
         peer = f"{host}:{port}"
-        letterbox = _Letterbox()
+        letterbox = _DatagramQueue()
         try:
             endpoint, _ = await asyncio.get_running_loop().create_datagram_endpoint(
                 lambda: _DatagramReceiver(letterbox), remote_addr=(host, port)
@@ -459,7 +459,7 @@ class LoopbackDatagrams:
 
     def __init__(self, peer: str) -> None:
         self._peer = peer
-        self._letterbox = _Letterbox()
+        self._letterbox = _DatagramQueue()
         self._other: LoopbackDatagrams | None = None
         self.blocked = False
 

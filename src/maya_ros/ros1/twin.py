@@ -25,8 +25,8 @@ def parts_on_table(config: Config, job: str, parts: Any) -> dict[str, Point]:
     """
     standing: dict[str, Point] = {}
     if job:
-        book = PoseStore(Mechanism.of(config), default_path().with_name("poses.toml"))
-        standing.update(starting_parts(load_job(Path(job)), config.cell.grasp_height, book.taught))
+        store = PoseStore(Mechanism.of(config), default_path().with_name("poses.toml"))
+        standing.update(starting_parts(load_job(Path(job)), config.cell.grasp_height, store.taught))
     if not isinstance(parts, Mapping):
         raise InvalidValue(key="parts", value=parts, reason="it must be a table of names and places")
     standing.update({str(name): _place(name, place) for name, place in parts.items()})

@@ -40,13 +40,13 @@ if TYPE_CHECKING:
 class ProcessAssembly:
     """The process layer on some robot.
 
-    Interfaces for other users call `service` through the `gate`, and identify their callers by `entrance`.
+    Interfaces for other users call `service` through the `gate`, and identify their callers by `access`.
     """
 
     process: Process
     service: Service
     gate: Gate
-    entrance: AccessControl
+    access: AccessControl
     lease: ControlLease
     journal: Journal
 
@@ -138,7 +138,7 @@ async def stack(  # noqa: PLR0913 - every option of a stack is a parameter
                 above.process,
                 above.service,
                 above.gate,
-                above.entrance,
+                above.access,
                 above.lease,
                 above.journal,
                 config,
@@ -173,14 +173,14 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
     `faults` injects its faults. The other parameters are as in `stack`. Raises `StorageFailed` if the journal's
     unfinished jobs cannot be restored.
     """
-    book = PoseStore(controller.mechanism, places)
+    store = PoseStore(controller.mechanism, places)
     lease = ControlLease(controller.events, speed)
     dates = None if calendar is None else calendar.after
     process = Process(
         robot,
         controller,
         config,
-        book.taught,
+        store.taught,
         journal=journal,
         lease=lease,
         dates=dates,
@@ -188,9 +188,9 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
         staff=staff,
     )
     note = process.journal.note
-    entrance = AccessControl.new(lease, store=users, calendar=calendar, note=note, speed=speed)
+    access = AccessControl.new(lease, store=users, calendar=calendar, note=note, speed=speed)
     try:
-        await entrance.register.open()
+        await access.register.open()
         await process.open()
         service = Service(
             process,
@@ -199,8 +199,8 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             config,
             address=address,
             speed=speed,
-            book=book,
-            entrance=entrance,
+            store=store,
+            access=access,
             recorder=recorder,
             workers=None if staff is None else staff.people,
             twin=twin,
@@ -208,11 +208,11 @@ async def process_layer(  # noqa: PLR0913 - every option of a process layer is a
             faults=faults,
             measured_points=None if places is None else places.with_name("calibration.csv"),
         )
-        gate = Gate(service, lease, entrance.audit.asked, entrance.callers.current)
-        yield ProcessAssembly(process, service, gate, entrance, lease, process.journal)
+        gate = Gate(service, lease, access.audit.asked, access.callers.current)
+        yield ProcessAssembly(process, service, gate, access, lease, process.journal)
     finally:
         await run_to_end(process.close())
-        await entrance.register.close()
+        await access.register.close()
         lease.close()
 
 

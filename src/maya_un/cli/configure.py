@@ -147,5 +147,5 @@ def parts_of(job: Job, config: Config, settings: OutputSettings) -> dict[str, Po
     from maya_un.process.spec.poses import PoseStore
     from maya_un.process.spec.tasks import starting_parts
 
-    book = PoseStore(Mechanism.of(config), taught_places(settings))
-    return starting_parts(job, config.cell.grasp_height, book.taught)
+    store = PoseStore(Mechanism.of(config), taught_places(settings))
+    return starting_parts(job, config.cell.grasp_height, store.taught)

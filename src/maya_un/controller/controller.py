@@ -82,13 +82,13 @@ class GalilController:
     ) -> None:
         self._loop = asyncio.get_running_loop()
         self._monitor = Monitor(dial, address, config)
-        self._lookout = FaultMonitor(self._monitor, live=live)
+        self._fault_monitor = FaultMonitor(self._monitor, live=live)
         self._planner = Planner(config, self._monitor.mechanism)
         self._jogging = Jogging(self._planner, self._monitor.mechanism)
         self._planning = Planning(self._planner, self._jogging, workers)
         self._stopping = MotionStopper(self._monitor)
         self._pacing = Pacing(self._monitor)
-        self._execution = Execution(self._monitor, self._lookout)
+        self._execution = Execution(self._monitor, self._fault_monitor)
         self.config = config
         self.units = self._monitor.units
         self.stops = 0
@@ -192,15 +192,15 @@ class GalilController:
         """
         driver = await self._monitor.open()
         try:
-            await self._lookout.claim(driver, take_over=take_over)
+            await self._fault_monitor.claim(driver, take_over=take_over)
             if not self._monitor.moving():
                 await self._monitor.registers.adopt(driver)
-            await self._lookout.install_guard(driver)
+            await self._fault_monitor.install_guard(driver)
         except BaseException:
             await self._end()
             raise
         self._monitor.announce()
-        self._lookout.begin()
+        self._fault_monitor.begin()
 
     async def close(self) -> None:
         """Brake if something moves, and release the handle, also if braking failed; then raises the error of `stop`."""
@@ -212,7 +212,7 @@ class GalilController:
             await self._end()
 
     async def _end(self) -> None:
-        await self._lookout.close()
+        await self._fault_monitor.close()
         await self._monitor.close()
 
     async def skip_home(self) -> None:
@@ -253,7 +253,7 @@ class GalilController:
             monitor.homed, monitor.displaced = False, None
             await erase(driver)
             await monitor.power(driver)
-            await self._lookout.wake_guard(driver)
+            await self._fault_monitor.wake_guard(driver)
             self.events.emit(HomingBegun())
             seeker = self._seeker(command, driver)
             found = await HomingRun(seeker, driver, self.config, self.units, monitor.enter_phase).run()
@@ -307,7 +307,7 @@ class GalilController:
             await self._execution.allowed_whole(command)
             await self._at_rest_and_owned(driver)
             await monitor.power(driver)
-            await self._lookout.wake_guard(driver)
+            await self._fault_monitor.wake_guard(driver)
             seeker = self._seeker(command, driver)
             gone = await guarded_move(seeker, self.config, self.units, number, distance)
             monitor.seeking = False
@@ -320,7 +320,7 @@ class GalilController:
         """Return what moves axes at unknown positions, and expect such motion."""
         self._monitor.seeking = True
         self._monitor.reckoning.forget()
-        return Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._lookout.load)
+        return Seeker(driver, self.config, self.units, command.wait, self._loop.time, self._fault_monitor.load)
 
     async def _at_rest_and_owned(self, driver: Driver) -> None:
         """Write the registers of a controller that is ours and at rest; raises `Busy`, and ownership errors."""
@@ -328,7 +328,7 @@ class GalilController:
         await monitor.look()
         if monitor.moving():
             raise Busy(doing="the axes finish an earlier motion")
-        await self._lookout.require_owned(driver)
+        await self._fault_monitor.require_owned(driver)
         await monitor.registers.adopt(driver)
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:
@@ -392,7 +392,7 @@ class GalilController:
             await self._execution.allowed(command)
             grip = self.config.gripper
             high = (grip.closed_by == "set") is not open_
-            await self._lookout.output(driver, grip.output, high=high)
+            await self._fault_monitor.output(driver, grip.output, high=high)
             await command.wait(self._loop.time() + grip.settle_time)
             await monitor.look()
             self.events.emit(GripperOpened() if open_ else GripperClosed())
@@ -405,7 +405,7 @@ class GalilController:
         with monitor.slot.take("output") as command:
             driver = monitor.ready(homed=False)
             await self._execution.allowed(command)
-            await self._lookout.output(driver, number, high=on)
+            await self._fault_monitor.output(driver, number, high=on)
             self.events.emit(OutputSet(number) if on else OutputCleared(number))
             await monitor.look()
             command.check()
@@ -488,13 +488,13 @@ class GalilController:
                 raise AbortInput
             if record.amplifier_status:
                 raise AmplifierFault(status=f"{record.amplifier_status:#010x}")
-            await self._lookout.claim(driver, take_over=take_over)
+            await self._fault_monitor.claim(driver, take_over=take_over)
             await monitor.registers.adopt(driver)
-            await self._lookout.install_guard(driver)
+            await self._fault_monitor.install_guard(driver)
             if await driver.value("_AB") == 0.0:  # pressed meanwhile: no motor is switched on again
                 raise AbortInput
             await monitor.power(driver)
-            self._lookout.begin()
+            self._fault_monitor.begin()
             void = monitor.displaced is not None or isinstance(monitor.fault, LimitReached)
             if isinstance(monitor.fault, OwnershipLost):  # another program moved the axes
                 void = void or not await monitor.kept(driver)
@@ -587,7 +587,7 @@ class GalilController:
 
         async def name() -> None:
             nonlocal named
-            named = await self._lookout.name(driver, error)
+            named = await self._fault_monitor.name(driver, error)
 
         await self._stopping.rest(driver, lambda: self._monitor.fail(named, driver), name)
         return named

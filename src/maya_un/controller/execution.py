@@ -153,9 +153,9 @@ _ROUNDING = 1e-6
 class Execution:
     """Executes plans, one at a time, on the controller that `monitor` reads."""
 
-    def __init__(self, monitor: Monitor, lookout: FaultMonitor) -> None:
+    def __init__(self, monitor: Monitor, fault_monitor: FaultMonitor) -> None:
         self._monitor = monitor
-        self._lookout = lookout
+        self._fault_monitor = fault_monitor
         self._loop = asyncio.get_running_loop()
 
     async def allowed(self, command: RunningCommand) -> None:
@@ -185,10 +185,10 @@ class Execution:
                 )
             )
         ratio = monitor.pace.ratio
-        await self._lookout.wake_guard(driver)
+        await self._fault_monitor.wake_guard(driver)
         limits = monitor.torque.travel(self._members(move), plan.knots)
         note = [MOVING] if monitor.live else []
-        await self._lookout.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
+        await self._fault_monitor.load(driver, [*note, *monitor.registers.torque(limits), *commands(move, ratio)])
         # Nothing can come between this check of command and ratio and the bytes of BGS: there is no await.
         command.check()
         if monitor.fault is not None:  # the fault ended the pause in which this command waited
@@ -239,7 +239,7 @@ class Execution:
         try:
             self._arrived(record, run)
         except Stopped:
-            await self._lookout.load(driver, [])  # raises if the guard stopped it, while this program slept
+            await self._fault_monitor.load(driver, [])  # raises if the guard stopped it, while this program slept
             command.check()
             raise
         run.tell_vias(inf)

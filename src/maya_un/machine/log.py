@@ -260,25 +260,25 @@ class MechanicsRecord:
     Extremes hold for continuous time: motion is evaluated where its law changes or an axis turns, and every 50 ms.
     """
 
-    __slots__ = ("_book", "_now", "_table", "_where")
+    __slots__ = ("_log", "_now", "_table", "_where")
 
     def __init__(
-        self, book: MechanicsLog, table: PartTable, where: Callable[[], Place], now: Callable[[], Window]
+        self, log: MechanicsLog, table: PartTable, where: Callable[[], Place], now: Callable[[], Window]
     ) -> None:
         """`now` updates the log and returns the present state; `where` returns the gripper point."""
-        self._book = book
+        self._log = log
         self._table = table
         self._where = where
         self._now = now
 
     def mark(self) -> int:
         """Begin a window here; `since` with the returned number returns its extremes."""
-        return self._book.mark(self._now())
+        return self._log.mark(self._now())
 
     def since(self, mark: int) -> Window:
         """Return the extremes from `mark` to the present; 0 is power-up."""
         self._now()
-        return self._book.since(mark)
+        return self._log.since(mark)
 
     @property
     def whole(self) -> Window:
@@ -354,4 +354,4 @@ class MechanicsRecord:
     def trace(self) -> Trace:
         """The samples since tracing was switched on."""
         self._now()
-        return self._book.samples()
+        return self._log.samples()

@@ -81,9 +81,9 @@ class MayaMechanics:
         self._supported = False
         self._outlook = _Outlook(-1, 0.0, inf, inf)
         self._table = PartTable(parts or {}, closed=not self._truth.gripper_closes_on)
-        self._book = MechanicsLog(self._instant())
-        self._book.tracing = trace
-        self._record = MechanicsRecord(self._book, self._table, self.gripper_point, self._settled)
+        self._log = MechanicsLog(self._instant())
+        self._log.tracing = trace
+        self._record = MechanicsRecord(self._log, self._table, self.gripper_point, self._settled)
 
     @property
     def truth(self) -> TrueConstants:
@@ -108,7 +108,7 @@ class MayaMechanics:
     @property
     def written(self) -> Window:
         """The record since power-up, without free motion that is not evaluated yet."""
-        return self._book.since(0)
+        return self._log.since(0)
 
     @property
     def now(self) -> float:
@@ -126,7 +126,7 @@ class MayaMechanics:
 
     def listen(self, listener: MechanicsListener) -> None:
         """Report new entries to `listener`, in place of a former one."""
-        self._book.listener = listener
+        self._log.listener = listener
 
     def settle(self) -> None:
         """Write the free motion up to the present into the record."""
@@ -240,12 +240,12 @@ class MayaMechanics:
         if on == self._truth.gripper_closes_on:
             taken = self._table.close(gripper)
             if taken is not None:
-                self._book.grip(taken)
+                self._log.grip(taken)
             return
         carried = self._table.carried
         drop = self._table.open(gripper, self._now)
         if carried is not None:
-            self._book.release(carried, self._table.places(gripper)[carried], drop)
+            self._log.release(carried, self._table.places(gripper)[carried], drop)
 
     def press(self, own: int, side: Switch, *, down: bool) -> None:
         """Press a limit switch of a (0), b (1) or c (2) by hand, or let it go; the machine sees it at its next look."""
@@ -406,7 +406,7 @@ class MayaMechanics:
         held_back = [drive.held_back() != 0.0 for drive in self._drives]
         self._note(length, held_back, weak)
         stalled = [held and not limit for held, limit in zip(held_back, weak, strict=True)]
-        self._book.hold(tuple(stalled))
+        self._log.hold(tuple(stalled))
         if not any(held_back) and not any(map(self._pays_out, (1, 2))) and not self._doubtful():
             self._stepping = False
             self._epoch += 1
@@ -453,10 +453,10 @@ class MayaMechanics:
         if now.slack > _SLACK:
             way = sum(abs(drive.velocity) / drive.scale for drive in self._drives[1:]) * length
             now = replace(now, outside=way)
-        self._book.add(now)
-        if self._book.tracing:
+        self._log.add(now)
+        if self._log.tracing:
             values = (self._now, *self.true_joints(), now.tension)
-            self._book.trace(Trace(*(np.array([value]) for value in values)))
+            self._log.trace(Trace(*(np.array([value]) for value in values)))
 
     def _write(self) -> None:
         """Write the free motion since the last write to the record."""
@@ -464,10 +464,10 @@ class MayaMechanics:
         if t1 <= t0:
             return
         self._written = t1
-        if self._book.tracing or any(drive.rest() > t0 for drive in self._drives):
-            self._book.add(self._looked_over(t0, t1))
+        if self._log.tracing or any(drive.rest() > t0 for drive in self._drives):
+            self._log.add(self._looked_over(t0, t1))
         else:
-            self._book.add(self._instant())
+            self._log.add(self._instant())
         for drive in self._drives:
             drive.forget(t1)
 
@@ -476,7 +476,7 @@ class MayaMechanics:
         ts = self._instants(t0, t1)
         a, b, c = (drive.sample(ts) for drive in self._drives)
         z, tension, slack = self._statics.hang_many(b, c)
-        self._book.trace(Trace(ts, a, b, c, tension))
+        self._log.trace(Trace(ts, a, b, c, tension))
         return Window(
             t0,
             float(z[0]),

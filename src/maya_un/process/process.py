@@ -64,8 +64,8 @@ LOCAL = SubmitRequest(RequestOwner(), DEFAULT_OPTIONS)
 class Process:
     """Runs jobs on a robot; the module's docstring lists what pauses the queue.
 
-    `turns` runs one job after the other and can be paused, `shown` reports the state, `journal` stores it. `parts` are
-    the parts as jobs tell them, `ahead` is the step after the running one. `recall` returns the taught places, when a
+    `scheduler` runs one job after the other and can be paused, `views` reports the state, `journal` stores it. `parts`
+    are the parts as jobs tell them, `ahead` is the step after the running one. `recall` returns the taught places, when a
     job names a place that it does not define. A given journal stores unfinished jobs for the next start; without one
     all jobs end with this process. Jobs begin only if the `lease` permits their owner. `dates` returns dates; without
     it dates are the loop's time. `speed` is the speed of the loop's clock. `staff` computes jobs; without it the
@@ -92,19 +92,19 @@ class Process:
         self.journal: Journal = MemoryJournal() if journal is None else journal
         dates = _loop_time if dates is None else dates
         self._items = items = QueueEntries(self.journal)
-        self._ledger = ledger = TransactionLog(self.journal, controller.events)
-        self._pausing = pausing = QueuePauser(ledger, controller.events, dates)
-        self._whole = ShieldedTasks()
+        self._transactions = transactions = TransactionLog(self.journal, controller.events)
+        self._pausing = pausing = QueuePauser(transactions, controller.events, dates)
+        self._shielded = ShieldedTasks()
         self._changes = changes = Changes(items, controller.events)
-        self.foresight = foresight = JobComputer(robot, controller, self._grasp_height, recall, staff)
-        shared = RunnerContext(robot, controller, ledger, changes, pausing, dates, foresight, self._durable)
-        self._submitting = JobSubmitter(items, ledger, changes, dates)
-        self._editing = JobEditor(items, ledger, changes, self._submitting, foresight)
+        self.computer = computer = JobComputer(robot, controller, self._grasp_height, recall, staff)
+        shared = RunnerContext(robot, controller, transactions, changes, pausing, dates, computer, self._durable)
+        self._submitting = JobSubmitter(items, transactions, changes, dates)
+        self._editing = JobEditor(items, transactions, changes, self._submitting, computer)
         self._recovering = JobRecoverer(shared, items, changes, self._editing)
         self.parts = BelievedParts(items, controller.events)
-        self.turns = Scheduler(shared, items, self._whole, lease)
-        self.ahead = StepAhead(robot, foresight, lambda: self.turns.running, controller.events)
-        self.shown = QueueViews(shared, items, self.turns, self._recovering, speed=speed)
+        self.scheduler = Scheduler(shared, items, self._shielded, lease)
+        self.ahead = StepAhead(robot, computer, lambda: self.scheduler.running, controller.events)
+        self.views = QueueViews(shared, items, self.scheduler, self._recovering, speed=speed)
 
     async def open(self) -> None:
         """Load the unfinished jobs of the journal; no job begins by itself. Raises `StorageFailed`."""
@@ -114,13 +114,13 @@ class Process:
 
     async def check_storage(self) -> str:
         """Return why the journal cannot be written, "" if it can; if not, the queue pauses."""
-        await self._whole.do(self._ledger.check())
-        return self._ledger.failing
+        await self._shielded.do(self._transactions.check())
+        return self._transactions.failing
 
     @property
     def running(self) -> int | None:
         """Number of the job under way, None without one."""
-        item = self.turns.running
+        item = self.scheduler.running
         return None if item is None or item.row.state.ended else item.number
 
     async def submit(
@@ -133,8 +133,8 @@ class Process:
         is broken, `KeyReused`, `InvalidValue`, `StorageFailed`; `NotConnected` and `Faulted` while no job can run,
         unless it is to be held.
         """
-        halts, asked = self.turns.halts - stopped, self._noted(asked)
-        return await self._submit(await self.foresight.written(job, whose=asked.owner.name), asked, halts=halts)
+        halts, asked = self.scheduler.halts - stopped, self._noted(asked)
+        return await self._submit(await self.computer.written(job, whose=asked.owner.name), asked, halts=halts)
 
     async def command(self, command: Primitive | Mapping[str, object], asked: SubmitRequest = LOCAL) -> int:
         """Append a job of one primitive and return its number; raises as `submit` does, and `InvalidRequest`.
@@ -147,7 +147,7 @@ class Process:
             asked.options == DEFAULT_OPTIONS
             and not asked.proposal
             and self._pausing.paused
-            and self.turns.running is None
+            and self.scheduler.running is None
         ):
             asked = replace(asked, direct=True)
         return await self._submit(written, self._noted(asked))
@@ -158,11 +158,11 @@ class Process:
         Without `from_step` it begins at the `next_step` of its report, or at the first step if that is None. Raises
         `NotFound`, `WrongState`, `InvalidValue` and as `submit` does.
         """
-        halts, asked = self.turns.halts, self._noted(asked)
-        row, steps = await self.shown.found(number)
+        halts, asked = self.scheduler.halts, self._noted(asked)
+        row, steps = await self.views.found(number)
         if not row.state.ended:
             raise WrongState(number=number, state=row.state.value, action="done again")
-        expansion = await self.foresight.expanded(row.body)
+        expansion = await self.computer.expanded(row.body)
         count = len(expansion.tasks)
         if from_step is not None and not 1 <= from_step <= count:
             raise InvalidValue(
@@ -175,9 +175,9 @@ class Process:
     async def result(self, number: int) -> JobReport:
         """Wait until a job has ended, or this process is closed, and return its report; raises `NotFound`."""
         item = self._items.find(number)
-        if item is not None and not self.turns.closed:
+        if item is not None and not self.scheduler.closed:
             await item.wait()
-        return await self.shown.report(number)
+        return await self.views.report(number)
 
     async def cancel(self, number: int) -> JobReport:
         """End a job early and return its report once it has ended; a running job stops on its path.
@@ -185,25 +185,25 @@ class Process:
         Raises `NotFound`, and `StorageFailed` if the end cannot be stored; the robot is at rest even then.
         """
         item = self._items.find(number)
-        if item is not None and item is not self.turns.running:
-            await self._whole.do(self._cancel_waiting(item))
-        if item is not None and item is self.turns.running:
-            self.turns.end(item, Cancelled())
-            await self.turns.left(item)
-            if self._ledger.failing:
-                raise StorageFailed(reason=self._ledger.failing)
+        if item is not None and item is not self.scheduler.running:
+            await self._shielded.do(self._cancel_waiting(item))
+        if item is not None and item is self.scheduler.running:
+            self.scheduler.end(item, Cancelled())
+            await self.scheduler.left(item)
+            if self._transactions.failing:
+                raise StorageFailed(reason=self._transactions.failing)
         return await self.result(number)
 
     async def clear(self) -> None:
         """Cancel all waiting jobs; raises `StorageFailed`."""
-        await self._whole.do(self._clear())
-        await self.turns.lift()
+        await self._shielded.do(self._clear())
+        await self.scheduler.lift()
 
     def end_running(self) -> None:
         """End the job under way, braking on its path, and begin no waiting job."""
-        self.turns.halt(Cancelled())
-        if self.turns.running is not None:
-            self.turns.end(self.turns.running, Cancelled())
+        self.scheduler.halt(Cancelled())
+        if self.scheduler.running is not None:
+            self.scheduler.end(self.scheduler.running, Cancelled())
 
     async def end_all(self) -> None:
         """Cancel the job under way and all waiting jobs, started ones included, except interrupted ones.
@@ -215,24 +215,24 @@ class Process:
         for item in [item for item in self._items if not item.row.state.ended]:
             if item.row.state is not TaskState.INTERRUPTED:
                 await self.cancel(item.number)
-        await self.turns.lift()
+        await self.scheduler.lift()
 
     async def hold(self, number: int) -> None:
         """Hold a waiting job; raises as `JobEditor.hold` does."""
-        await self._whole.do(self._editing.hold(number))
-        await self.turns.lift()
+        await self._shielded.do(self._editing.hold(number))
+        await self.scheduler.lift()
 
     async def release(self, number: int, by: str, require: Callable[[JobRow], None] = lambda row: None) -> None:
         """Queue a held job; raises as `JobEditor.release` does."""
-        await self._whole.do(self._letting_begin(self._editing.release(number, by, require), self.turns.halts))
+        await self._shielded.do(self._letting_begin(self._editing.release(number, by, require), self.scheduler.halts))
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
         """Move a job before or `behind` another; raises as `JobEditor.move` does."""
-        await self._whole.do(self._editing.move(number, beside, behind=behind))
+        await self._shielded.do(self._editing.move(number, beside, behind=behind))
 
     async def move_to(self, number: int, *, last: bool) -> None:
         """Move a job to the first place, or with `last` to the last; raises as `JobEditor.move_to` does."""
-        await self._whole.do(self._editing.move_to(number, last=last))
+        await self._shielded.do(self._editing.move_to(number, last=last))
 
     async def change(
         self,
@@ -244,16 +244,16 @@ class Process:
     ) -> None:
         """Change a job; raises as `JobEditor.change` does. A job that is not `approved` is a proposal afterwards."""
         change = self._editing.change(number, changes, require, approved=approved)
-        await self._whole.do(self._letting_begin(change, self.turns.halts))
+        await self._shielded.do(self._letting_begin(change, self.scheduler.halts))
 
     def owner_ended(self, owner: str) -> None:
         """Start nothing more for an owner who may no longer queue jobs: a running job pauses after its current step.
 
         Waiting jobs of the owner become proposals, which a user approves or declines.
         """
-        self.turns.driver_ended(owner)
+        self.scheduler.driver_ended(owner)
         self._submitting.revocations[owner] += 1
-        self._whole.begin(self._editing.unapprove(owner))
+        self._shielded.begin(self._editing.unapprove(owner))
 
     async def recover(
         self, choice: str, holding: bool | None, *, resume_queue: bool, by: str, job: int | None = None
@@ -268,8 +268,8 @@ class Process:
             self._require_able()
         go_on = resume_queue and choice != RecoveryChoice.ABORT
         decision = self._recovering.recover(choice, holding, resume_queue=go_on, by=by, job=job)
-        await self._whole.do(self._letting_begin(decision, self.turns.halts))
-        await self.turns.lift()
+        await self._shielded.do(self._letting_begin(decision, self.scheduler.halts))
+        await self.scheduler.lift()
 
     async def answer(self, answer: str, job: int | None = None, index: int | None = None) -> None:
         """Answer the question of the job under way; `job` and the `index` of its step name the question that is meant.
@@ -277,14 +277,14 @@ class Process:
         Raises `NotFound` without one, or while another one is open; `InvalidValue` for an answer that it does not
         offer, `StorageFailed`.
         """
-        item = self.turns.running
+        item = self.scheduler.running
         question = None if item is None else item.question
         if item is None or question is None or question.answered.done():
             raise NotFound(what="open question", number="now")
         if job not in (None, item.number) or index not in (None, question.index):
             raise NotFound(what="open question", number=f"of job {job or item.number}, step {index or question.index}")
         require_choice(question, answer)
-        await self._whole.do(self._answered(item, question, answer))
+        await self._shielded.do(self._answered(item, question, answer))
 
     async def _answered(self, item: QueueEntry, question: OpenQuestion, answer: str) -> None:
         """Store an answer, then pass it on."""
@@ -297,16 +297,16 @@ class Process:
             changed = self._changes.step(item, step, replace(step.row, phase=answer), sure=False, quiet=True)
             return [changed, Transaction((), lambda: question.answered.set_result(answer))]
 
-        await self._ledger.write(propose)
+        await self._transactions.write(propose)
         self._controller.events.emit(QuestionAnswered(item.number, question.index, answer))
 
     async def preview(self, job: Job, start: Pose) -> JobPreview:
         """Return the preview of `job` from `start`; raises as `submit` for its contents; sends nothing."""
-        return await self.foresight.preview(job, start)
+        return await self.computer.preview(job, start)
 
     async def inspect(self, job: Job, start: Pose, samples: int) -> JobInspection:
         """Return `job` in detail, from `start`; raises as `preview` does; sends nothing."""
-        return await self.foresight.inspect(job, start, samples)
+        return await self.computer.inspect(job, start, samples)
 
     async def close(self, *, finish: bool = False) -> None:
         """End the running job, and return when the robot is at rest and everything is stored.
@@ -314,17 +314,17 @@ class Process:
         With a durable journal the job under way is interrupted, after its current step with `finish`, and waiting jobs
         stay for the next start; otherwise all jobs are cancelled.
         """
-        self.turns.shut()
+        self.scheduler.shut()
         if not self._durable:
-            await self._whole.do(self._clear())
-        await self.turns.close(interrupt=self._durable, finish=finish)
+            await self._shielded.do(self._clear())
+        await self.scheduler.close(interrupt=self._durable, finish=finish)
         if not self._durable:
             for item in [item for item in self._items if not item.row.state.ended]:
                 await self._editing.cancel(item.number, Cancelled())
-        await self._whole.settle()
-        await self.shown.close()
+        await self._shielded.settle()
+        await self.views.close()
         await self.ahead.close()
-        await self._ledger.close()
+        await self._transactions.close()
         if not self._durable:
             await self.journal.close()
         for item in self._items:
@@ -340,26 +340,26 @@ class Process:
         """Store a job; if `halts` has changed since its request, a stop came meanwhile, and the queue pauses."""
         if not asked.options.held and not asked.proposal:
             self._require_able()
-        before = self.turns.halts if halts is None else halts
-        return await self._whole.do(self._letting_begin(self._submitting.submit(written, asked, skipped), before))
+        before = self.scheduler.halts if halts is None else halts
+        return await self._shielded.do(self._letting_begin(self._submitting.submit(written, asked, skipped), before))
 
     async def _letting_begin(self, change: Awaitable[T], halts: int) -> T:
         """Make a change after which jobs may begin; if `halts` has changed since its request, pause before any does."""
         result = await change
-        if halts != self.turns.halts:
-            self.turns.pause_by_itself(PauseReason.STOP)
-        self.turns.wake()
+        if halts != self.scheduler.halts:
+            self.scheduler.pause_by_itself(PauseReason.STOP)
+        self.scheduler.wake()
         return result
 
     async def _clear(self) -> None:
         """Cancel all waiting jobs; announce their ends in the background, some at a time."""
         cleared = await self._editing.clear(Cancelled())
         if cleared is not None:
-            self._whole.begin(self._editing.tell_cleared(cleared))
+            self._shielded.begin(self._editing.tell_cleared(cleared))
 
     async def _cancel_waiting(self, item: QueueEntry) -> None:
-        await self._editing.cancel(item.number, Cancelled(), unless=lambda: item is self.turns.running)
-        await self.turns.lift()
+        await self._editing.cancel(item.number, Cancelled(), unless=lambda: item is self.scheduler.running)
+        await self.scheduler.lift()
 
     def _require_able(self) -> None:
         state = self._controller.state

@@ -107,14 +107,14 @@ _ENDS_PRESS = (Stopped, Faulted, NotConnected, MachineError)
 class HeldJogs:
     """At most one held jog of a controller; it continues while it is renewed within `patience` [s, loop time].
 
-    `turns` begins no job from the first motion of a press until the press is over and the robot rests. If a press ends
-    because it is not renewed, the queue pauses.
+    `scheduler` begins no job from the first motion of a press until the press is over and the robot rests. If a press
+    ends because it is not renewed, the queue pauses.
     """
 
-    def __init__(self, controller: Controller, patience: float = PATIENCE, turns: Scheduler | None = None) -> None:
+    def __init__(self, controller: Controller, patience: float = PATIENCE, scheduler: Scheduler | None = None) -> None:
         self._controller = controller
         self._patience = patience
-        self._turns = turns
+        self._scheduler = scheduler
         self._aside = ExitStack()
         self._is_aside = False
         self._key: _Key | None = None
@@ -220,8 +220,8 @@ class HeldJogs:
 
     async def _jog(self, key: _Key) -> Jogged:
         """Jog to the border of the workspace while no job begins; raises `Busy` while one runs."""
-        if self._turns is not None and not self._is_aside:
-            self._aside.enter_context(self._turns.aside("jog"))
+        if self._scheduler is not None and not self._is_aside:
+            self._aside.enter_context(self._scheduler.aside("jog"))
             self._is_aside = True
         self._stops_at_jog = self._controller.stops
         try:
@@ -237,8 +237,8 @@ class HeldJogs:
         return self._controller.stops != self._stops_at_jog
 
     def _pause_jobs(self, reason: PauseReason) -> None:
-        if self._turns is not None:
-            self._turns.pause_by_itself(reason)
+        if self._scheduler is not None:
+            self._scheduler.pause_by_itself(reason)
 
     def _let_jobs_begin(self) -> None:
         """Let jobs begin again, unless a press goes on or the robot still moves for one."""
@@ -409,7 +409,7 @@ class DirectCommands:
     async def _do(self, name: str, work: Coroutine[Any, Any, T]) -> T:
         try:
             self.require_free()
-            with self._process.turns.aside(name):
+            with self._process.scheduler.aside(name):
                 return await self._carried(name, work)
         finally:
             work.close()

@@ -41,14 +41,14 @@ OnEnded = Callable[[str, str, str], None]
 
 
 class UserService:
-    """Manages the users of an `entrance`; `ended` is called when rights end."""
+    """Manages the users of an `access`; `ended` is called when rights end."""
 
-    def __init__(self, entrance: AccessControl, ended: OnEnded) -> None:
-        self._register = entrance.register
-        self._callers = entrance.callers
-        self._calendar = entrance.calendar
-        self._hasher = entrance.hasher
-        self._audit = entrance.audit
+    def __init__(self, access: AccessControl, ended: OnEnded) -> None:
+        self._register = access.register
+        self._callers = access.callers
+        self._calendar = access.calendar
+        self._hasher = access.hasher
+        self._audit = access.audit
         self._ended = ended
 
     async def me(self, by: Caller) -> Me:
@@ -256,14 +256,14 @@ def checked_name(name: str) -> str:
 
 
 class LeaseService:
-    """Reads and changes the lease of an `entrance`.
+    """Reads and changes the lease of an `access`.
 
     `halt` stops held jogs: it is called whenever the driver changes.
     """
 
-    def __init__(self, entrance: AccessControl, halt: Callable[[], None]) -> None:
-        self._lease = lease = entrance.lease
-        self._register = entrance.register
+    def __init__(self, access: AccessControl, halt: Callable[[], None]) -> None:
+        self._lease = lease = access.lease
+        self._register = access.register
         self._halt = halt
         self._driver = ""
         self._token = ""

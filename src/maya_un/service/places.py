@@ -64,28 +64,28 @@ def at_rest(controller: Controller) -> Joints:
 
 
 class TeachingService:
-    """Reads and changes `book`; each change is an event in `events`, if given.
+    """Reads and changes `store`; each change is an event in `events`, if given.
 
     `here` returns the joints of the place to teach, and raises an error if there is none. A corner without z is at
-    `grasp_height` [m]. Every method raises `FileUnreadable` for an invalid book; those that change it raise
+    `grasp_height` [m]. Every method raises `FileUnreadable` if the file is not valid; those that change it raise
     `FileUnwritable`.
     """
 
     def __init__(
-        self, book: PoseStore, grasp_height: float, here: Callable[[], Joints], events: EventLog | None = None
+        self, store: PoseStore, grasp_height: float, here: Callable[[], Joints], events: EventLog | None = None
     ) -> None:
-        self._book = book
+        self._store = store
         self._events = events
         self._grasp_height = grasp_height
         self._here = here
 
     def poses(self) -> list[TaughtPose]:
         """Return all poses, in the order in which they were taught."""
-        return list(self._book.taught().poses.values())
+        return list(self._store.taught().poses.values())
 
     def pose(self, name: str) -> TaughtPose:
         """Return a pose; raises `NotTaught`."""
-        poses = self._book.taught().poses
+        poses = self._store.taught().poses
         _require("pose", name, poses)
         return poses[name]
 
@@ -95,7 +95,7 @@ class TeachingService:
         Raises what `here` raises, `InvalidValue` for an invalid name, and `NameTaken`; with `replacing`, it replaces a
         pose of that name.
         """
-        taught = self._book.teach(name, self._here() if joints is None else joints, date, replacing=replacing)
+        taught = self._store.teach(name, self._here() if joints is None else joints, date, replacing=replacing)
         self._changed(name)
         return taught
 
@@ -112,11 +112,11 @@ class TeachingService:
 
     def pallets(self) -> list[PalletInfo]:
         """Return all pallets, in the order in which they were taught."""
-        return [self._told(pallet) for pallet in self._book.taught().pallets.values()]
+        return [self._told(pallet) for pallet in self._store.taught().pallets.values()]
 
     def pallet(self, name: str) -> PalletInfo:
         """Return a pallet; raises `NotTaught`."""
-        pallets = self._book.taught().pallets
+        pallets = self._store.taught().pallets
         _require("pallet", name, pallets)
         return self._told(pallets[name])
 
@@ -126,7 +126,7 @@ class TeachingService:
         Raises `InvalidRequest` for a missing, extra or invalid key, `InvalidValue` for corners that span no grid and
         for an invalid name, and `NameTaken`; with `replacing`, it replaces a pallet of that name.
         """
-        self._book.teach_pallet(name, _grid(grid), date, self._grasp_height, replacing=replacing)
+        self._store.teach_pallet(name, _grid(grid), date, self._grasp_height, replacing=replacing)
         self._changed(name)
         return self.pallet(name)
 
@@ -142,11 +142,11 @@ class TeachingService:
         return self.pallet(new)
 
     def _forget(self, name: str) -> None:
-        self._book.forget(name)
+        self._store.forget(name)
         self._changed(name)
 
     def _rename(self, old: str, new: str) -> None:
-        self._book.rename(old, new)
+        self._store.rename(old, new)
         self._changed(new)
 
     def _changed(self, name: str) -> None:
@@ -156,7 +156,7 @@ class TeachingService:
     def _told(self, taught: TaughtPallet) -> PalletInfo:
         name, grid = taught.name, taught.grid
         try:
-            pallet = self._book.taught().spanned(name, grid, self._grasp_height)
+            pallet = self._store.taught().spanned(name, grid, self._grasp_height)
         except InvalidValue as error:
             return PalletInfo(name, grid.rows, grid.columns, None, None, None, (str(error),), taught.taught)
         shape = pallet.shape

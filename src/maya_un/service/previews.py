@@ -42,13 +42,13 @@ class PreviewService:
     def __init__(
         self,
         controller: Controller,
-        foresight: JobComputer,
+        computer: JobComputer,
         start: Callable[[bool], Pose],
         config: Config,
         workers: Workers | None,
     ) -> None:
         self._controller = controller
-        self._foresight = foresight
+        self._computer = computer
         self._start = start
         self._grasp_height = config.cell.grasp_height
         self.computing = Computing(workers)
@@ -60,10 +60,10 @@ class PreviewService:
         """
         start = self._start(from_homed)
         if self.computing.workers is None:
-            return to_json(await self._foresight.preview(computation.parsed(job), start))
-        course = self._foresight.course(start)
+            return to_json(await self._computer.preview(computation.parsed(job), start))
+        course = self._computer.course(start)
         return await self.computing.pieces(
-            by, preview, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, course
+            by, preview, self._controller.workspace, job, self._computer.taught(), self._grasp_height, course
         )
 
     async def inspect(self, job: object, *, from_homed: bool = False, samples: int = 200, by: Caller = LOCAL) -> bytes:
@@ -74,10 +74,10 @@ class PreviewService:
         require_samples(samples)
         start = self._start(from_homed)
         if self.computing.workers is None:
-            return to_json(await self._foresight.inspect(computation.parsed(job), start, samples))
-        course = self._foresight.course(start)
+            return to_json(await self._computer.inspect(computation.parsed(job), start, samples))
+        course = self._computer.course(start)
         return await self.computing.pieces(
-            by, inspect, self._controller.workspace, job, self._foresight.taught(), self._grasp_height, course, samples
+            by, inspect, self._controller.workspace, job, self._computer.taught(), self._grasp_height, course, samples
         )
 
     async def decoded(self, body: bytes, whose: str) -> dict[str, Any]:

@@ -107,20 +107,20 @@ class HistoryService:
     def __init__(self, process: Process, events: EventLog) -> None:
         self._process = process
         self._journal = process.journal
-        self._slices = process.shown.slices
+        self._slices = process.views.slices
         self._events = events
 
     async def page(self, which: Filter) -> list[JobLine]:
         """Return a page of jobs, in the order of the filter."""
-        return await self._process.shown.page(which)
+        return await self._process.views.page(which)
 
     async def job(self, number: int) -> JobReport:
         """Return the report of a job, also of an ended one; raises `NotFound`."""
-        return await self._process.shown.report(number)
+        return await self._process.views.report(number)
 
     async def body(self, number: int) -> dict[str, Any]:
         """Return a job as it was submitted, or its command; raises `NotFound`."""
-        return await self._process.shown.body(number)
+        return await self._process.views.body(number)
 
     async def events(self, run: int, above: int = 0, limit: int = MOST_EVENTS) -> list[EventMessage]:
         """Return events of a run numbered above `above`, oldest first; raises `EventsForgotten`.
@@ -167,7 +167,7 @@ class QueueService:
 
     def view(self) -> QueueView:
         """Return the queue now, with the first 50 waiting jobs."""
-        return self._process.shown.view()
+        return self._process.views.view()
 
     async def pause(self, by: Caller = LOCAL, *, when: str = "after step") -> QueueView:
         """Pause the queue: `when` is "after step", or "now" to brake on the path and hold the running step too.
@@ -179,12 +179,12 @@ class QueueService:
             raise InvalidValue(
                 key="when", value=repr(when), reason=phrase("it must be one of {choices}", choices=", ".join(_WHEN))
             )
-        await self._process.turns.pause(by.name, now=when == "now")
+        await self._process.scheduler.pause(by.name, now=when == "now")
         return self.view()
 
     async def resume(self, by: Caller = LOCAL) -> QueueView:
         """Resume the queue and a held step; raises `AnswerNeeded` while an interrupted job waits for a decision."""
-        await self._process.turns.resume(by.name)
+        await self._process.scheduler.resume(by.name)
         return self.view()
 
     async def step(self, by: Caller = LOCAL) -> QueueView:
@@ -192,7 +192,7 @@ class QueueService:
 
         Raises `AnswerNeeded` as `resume` does.
         """
-        await self._process.turns.step(by.name)
+        await self._process.scheduler.step(by.name)
         return self.view()
 
     async def clear(self, by: Caller = LOCAL) -> QueueView:
@@ -205,7 +205,7 @@ class QueueService:
         """Hold a waiting job; raises `NotFound`, `WrongState`, `NotAllowed`."""
         await self.require_over(number, Operation.CHANGE_JOB, by)
         await self._process.hold(number)
-        return self._process.shown.line(number)
+        return self._process.views.line(number)
 
     async def release(self, number: int, by: Caller = LOCAL, *, version: str = "") -> JobLine:
         """Release a held job to the queue; for a proposal, this is the approval.
@@ -222,11 +222,11 @@ class QueueService:
             allowed(job)
             _require_version(job, version)
 
-        line = await self._process.shown.found_line(number)
+        line = await self._process.views.found_line(number)
         allowed(line)
         require_over(by, Operation.CHANGE_JOB, line.owner)
         await self._process.release(number, by.name, require_allowed)
-        return self._process.shown.line(number)
+        return self._process.views.line(number)
 
     async def move(
         self,
@@ -255,7 +255,7 @@ class QueueService:
             beside = before if before is not None else after
             assert beside is not None
             await self._process.move(number, beside, behind=after is not None)
-        return self._process.shown.line(number)
+        return self._process.views.line(number)
 
     async def change(
         self, number: int, changes: Mapping[str, object], by: Caller = LOCAL, *, version: str = ""
@@ -268,12 +268,12 @@ class QueueService:
         `NotFound`, `WrongState`, `InvalidRequest`, `InvalidValue`, `InvalidJob`, `UnknownName`, `NotAllowed`,
         `JobChanged`.
         """
-        line = await self._process.shown.found_line(number)
+        line = await self._process.views.found_line(number)
         require_over(by, Operation.CHANGE_JOB, line.owner)
         await self._process.change(
             number, changes, lambda job: _require_version(job, version), approved=not self.proposes(by)
         )
-        return self._process.shown.line(number)
+        return self._process.views.line(number)
 
     async def again(self, number: int, *, from_step: int | None = None, by: Caller = LOCAL, key: str = "") -> JobLine:
         """Queue an ended job again as a new job, from `from_step` (from 1), by default the first step not done.
@@ -283,7 +283,7 @@ class QueueService:
         """
         asked = SubmitRequest(RequestOwner(by.name, by.source), DEFAULT_OPTIONS, key, proposal=self.proposes(by))
         new = await self._process.again(number, asked, from_step)
-        return await self._process.shown.found_line(new)
+        return await self._process.views.found_line(new)
 
     async def recover(
         self,
@@ -326,7 +326,7 @@ class QueueService:
 
     async def require_over(self, number: int, operation: Operation, by: Caller) -> None:
         """Raise `NotAllowed` if `by` may not perform the operation on the job, `NotFound` for an unknown job."""
-        line = await self._process.shown.found_line(number)
+        line = await self._process.views.found_line(number)
         require_over(by, operation, line.owner)
 
 

@@ -103,7 +103,7 @@ class Service:
     """The service of a robot.
 
     `address` is that of the machine, `speed` that of its clock; `status` has both. `teaching` reads and changes the
-    book of taught places, which `process` also reads; without a `book` it is empty. Requests without motion are
+    `store` of taught places, which `process` also reads; without a `store` there are none. Requests without motion are
     computed in `workers`, if given. `twin` has the parts of a twin in this process. The configuration of the next start
     is written to `config_file`, if given. `faults` injects those of a twin. The points of a calibration are in the file
     `measured_points`.
@@ -118,8 +118,8 @@ class Service:
         *,
         address: str = SIM,
         speed: float = 1.0,
-        book: PoseStore | None = None,
-        entrance: AccessControl | None = None,
+        store: PoseStore | None = None,
+        access: AccessControl | None = None,
         recorder: Recorder | None = None,
         workers: Workers | None = None,
         twin: TwinParts | None = None,
@@ -127,7 +127,7 @@ class Service:
         faults: FaultInjector | None = None,
         measured_points: Path | None = None,
     ) -> None:
-        kept = PoseStore(controller.mechanism) if book is None else book
+        kept = PoseStore(controller.mechanism) if store is None else store
         height, events = config.cell.grasp_height, controller.events
         self.teaching = TeachingService(kept, height, lambda: at_rest(controller), events)
         self.history = HistoryService(process, controller.events)
@@ -139,10 +139,10 @@ class Service:
         self._speed = speed
         self._parts = twin
         self._terminal = asyncio.Lock()
-        self._held = HeldJogs(controller, PATIENCE * max(1.0, speed), process.turns)
+        self._held = HeldJogs(controller, PATIENCE * max(1.0, speed), process.scheduler)
         self.direct = DirectCommands(process, robot, controller, self._held.halt)
-        shared = AccessControl.alone(controller.events, speed) if entrance is None else entrance
-        self.entrance = shared
+        shared = AccessControl.alone(controller.events, speed) if access is None else access
+        self.access = shared
         self.queue = QueueService(process, shared.lease)
         self.lease = LeaseService(shared, self._held.halt)
         self.recorder = RecordingService(recorder, workers)
@@ -151,7 +151,7 @@ class Service:
         self.faults = TwinService(faults)
         self.fleet = FleetService()
         self.calibration = CalibrationService(measured_points, controller, config, workers)
-        self.previews = PreviewService(controller, process.foresight, self._start, config, workers)
+        self.previews = PreviewService(controller, process.computer, self._start, config, workers)
 
     async def submit(
         self,
@@ -169,11 +169,11 @@ class Service:
         job waits for approval, unless the student drives.
 
         Raises `KeyReused` for the key of another request, `StorageFailed`, `InvalidJob`, `UnknownName`, `InvalidValue`
-        for options out of range, `FileUnreadable` for an invalid book of taught places that the job needs, and
+        for options out of range, `FileUnreadable` if the file of taught places is not valid and the job needs it, and
         `NotConnected` or `Faulted` while nothing can run.
         """
         number = await self._process.submit(job, self._asked(by, options, key), stopped=stopped)
-        line = await self._process.shown.found_line(number)
+        line = await self._process.views.found_line(number)
         return JobAccepted(number, line.name, line.steps)
 
     async def command(
@@ -194,7 +194,7 @@ class Service:
         given.
         """
         number = await self._process.command(command, self._asked(by, options, key))
-        return await (self._process.result(number) if wait else self._process.shown.report(number))
+        return await (self._process.result(number) if wait else self._process.views.report(number))
 
     def _rights_ended(self, token: str, name: str, why: str) -> None:
         """End the lease of a user whose token ended; without a token, of one with fewer rights, and pause the job."""
@@ -213,7 +213,7 @@ class Service:
         errors of a motion.
         """
         self.require_free()
-        with self._process.turns.aside("jog"):
+        with self._process.scheduler.aside("jog"):
             return await self._controller.jog(axis, distance, speed=speed, clip=clip)
 
     async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> HeldJog:
@@ -244,7 +244,7 @@ class Service:
 
     async def job(self, number: int) -> JobReport:
         """Return the report of a job, also of one that ended long ago; raises `NotFound`."""
-        return await self._process.shown.report(number)
+        return await self._process.views.report(number)
 
     async def wait(self, number: int) -> JobReport:
         """Wait until a job has ended and return its report; raises `NotFound`."""
@@ -263,8 +263,8 @@ class Service:
 
         The queue is paused if jobs wait in it. Raises `NotConnected`; the queue is paused all the same.
         """
-        running = self._process.turns.running
-        self._process.turns.halt(Stopped())
+        running = self._process.scheduler.running
+        self._process.scheduler.halt(Stopped())
         self._held.halt()
         report = await self._controller.stop()
         return report if running is None else replace(report, job=running.number)
@@ -280,11 +280,11 @@ class Service:
         The running job is paused and later continues from there; a job between two motions is held before the next.
         Raises `CannotPause` without a running job and during homing; `NotConnected`, `Faulted`.
         """
-        return await self._process.turns.pause_motion()
+        return await self._process.scheduler.pause_motion()
 
     async def resume(self) -> None:
         """Resume motion after a pause; raises `NotPaused`, `NotConnected`. A paused queue stays paused."""
-        await self._process.turns.resume_motion()
+        await self._process.scheduler.resume_motion()
 
     async def speed(self, ratio: float) -> None:
         """Scale the speed of all motion by `ratio` (0.01 to 1), also of the running motion; raises `InvalidValue`."""
@@ -292,7 +292,7 @@ class Service:
 
     async def abort(self) -> None:
         """Stop without deceleration, and pause the queue if jobs wait in it; raises `NotConnected`."""
-        self._process.turns.halt(Stopped())
+        self._process.scheduler.halt(Stopped())
         self._held.halt()
         await self._controller.abort()
 
@@ -396,17 +396,17 @@ class Service:
 
     def refusals(self, by: Caller = LOCAL) -> dict[str, MayaError | None]:
         """Return for each action of a user the error that would refuse it now, None if it is allowed."""
-        return permissions.refusals(self, self.entrance.lease, by)
+        return permissions.refusals(self, self.access.lease, by)
 
     @property
     def circumstances(self) -> object:
         """The facts on which `refusals` depend, besides the caller; equal ones have equal answers."""
-        return permissions.circumstances(self, self.entrance.lease)
+        return permissions.circumstances(self, self.access.lease)
 
     async def status(self) -> Status:
         """Return the current status."""
-        jobs = self._process.shown.first_lines()
-        mode, given = self._process.shown.mode, self._controller.datum
+        jobs = self._process.views.first_lines()
+        mode, given = self._process.views.mode, self._controller.datum
         return Status(
             version=maya_un.__version__,
             address=self._address,
@@ -419,9 +419,9 @@ class Service:
             last_event=len(self._controller.events),
             run=self._controller.events.run,
             queue=mode,
-            reason=self._process.shown.reason,
+            reason=self._process.views.reason,
             unconfirmed=given is not None and not given.confirmed,
-            question=self._process.shown.question,
+            question=self._process.views.question,
         )
 
     def follow_events(self, seq: int = 0) -> AsyncIterator[Event]:

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 from maya_un.client import notebook
-from maya_un.schema.jobs import JobReport, QueueMode, QueueView, StepResult, TaskState
+from maya_un.schema.jobs import JobReport, PauseReason, QueueMode, QueueView, StepResult, TaskState
 from maya_un.schema.previews import Distance, JobPreview, Reach, Refusal, StepPreview
 from maya_un.schema.robot import Status
-from maya_un.values import Joints, Mode, Notice, Point, State
+from maya_un.values import Joints, Limit, Mode, Notice, Point, State
 from tests.unit.client.test_plans import LINE
 from tests.unit.client.test_streaming import STATE
 

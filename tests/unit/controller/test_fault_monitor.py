@@ -127,16 +127,16 @@ async def test_following_error_by_a_foreign_error_limit_names_the_register() -> 
 
 async def test_recover_after_a_defect_restarts_the_monitor(monkeypatch: pytest.MonkeyPatch) -> None:
     async with homed(live=True) as bench:
-        lookout = bench.controller._lookout
+        fault_monitor = bench.controller._fault_monitor
 
         async def broken(_: object) -> None:
             raise ValueError("a defect")
 
         with monkeypatch.context() as patch:
-            patch.setattr(lookout, "_judge", broken)
+            patch.setattr(fault_monitor, "_judge", broken)
             await elapse(0.5)
-        assert lookout._looking is not None
-        assert isinstance(lookout._looking.exception(), ValueError)
+        assert fault_monitor._looking is not None
+        assert isinstance(fault_monitor._looking.exception(), ValueError)
         await bench.controller.recover()
         await foreign(bench, "DPB=1000")
         await elapse(0.5)

@@ -57,7 +57,7 @@ async def opened(bench: Rig, *, take_over: bool = False) -> AsyncIterator[GalilC
 
 
 def guard_of(controller: GalilController) -> Watchdog:
-    guard = controller._lookout._guard
+    guard = controller._fault_monitor._guard
     assert guard is not None
     return guard
 
@@ -69,7 +69,7 @@ async def token(bench: Rig) -> float:
 async def fall_silent(controller: GalilController) -> None:
     """Stop a host where it stands: it sends nothing more, and its connection stays."""
     await guard_of(controller)._stop_beating()
-    looking = controller._lookout._looking
+    looking = controller._fault_monitor._looking
     assert looking is not None
     looking.cancel()
     await asyncio.wait({looking})
@@ -78,7 +78,7 @@ async def fall_silent(controller: GalilController) -> None:
 async def wake(controller: GalilController) -> None:
     """Let it go on as if nothing had been."""
     guard_of(controller)._begin_beating(controller._monitor.link.driver)
-    controller._lookout.begin()
+    controller._fault_monitor.begin()
     await elapse(0.1)
 
 

@@ -296,7 +296,7 @@ async def test_host_that_slept_through_the_motion_learns_why_it_stopped() -> Non
     async with homed(live=True) as bench:
         move = asyncio.create_task(bench.controller.move(FAR))
         await elapse(5.0)
-        guard = bench.controller._lookout._guard
+        guard = bench.controller._fault_monitor._guard
         assert guard is not None
         await guard._stop_beating()
         guard._beat = asyncio.create_task(elapse(1000.0))
@@ -332,10 +332,10 @@ async def test_many_reports_are_not_many_questions() -> None:
     async with homed(hardly_read(), live=True) as bench:
         del bench.sent[:]
         for _ in range(100):
-            bench.controller._lookout._on_message("MAYA limit")
+            bench.controller._fault_monitor._on_message("MAYA limit")
         await elapse(0.1)
         assert commands_in(bytes(bench.sent)).count("QR") == 1
-        bench.controller._lookout._on_message("MAYA error")
+        bench.controller._fault_monitor._on_message("MAYA error")
         await elapse(0.1)
         assert commands_in(bytes(bench.sent)).count("QR") == 2
 
@@ -384,7 +384,7 @@ async def test_delayed_homing_learns_of_the_watchdog() -> None:
     async with rig(CALM, live=True) as bench:
         home = asyncio.create_task(bench.controller.home())
         await elapse(150.0)
-        guard = bench.controller._lookout._guard
+        guard = bench.controller._fault_monitor._guard
         assert guard is not None
         await guard._stop_beating()
         guard._beat = asyncio.create_task(elapse(1000.0))

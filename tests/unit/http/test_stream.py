@@ -409,7 +409,7 @@ def test_stream_of_a_token_that_expires_ends_within_a_second(monkeypatch: pytest
         _, viewer = await guarded(watched)
         async with streamed(watched) as url, connected(url, Authorization=f"Bearer {viewer}") as client:
             await client.ask("subscribe", state={"rate": 10})
-            monkeypatch.setattr(watched.entrance.callers, "_expired", lambda _: True)
+            monkeypatch.setattr(watched.access.callers, "_expired", lambda _: True)
             assert (await client.until("error"))["code"] == 4101
             with pytest.raises(ConnectionClosed):
                 await client.hear()
@@ -448,7 +448,7 @@ def test_rights_follow_the_role_and_the_bound_lease() -> None:
         watched.show(homed=True)
         admin, _ = await guarded(watched)
         await watched.users.add("bea", "admin")
-        lease = watched.entrance.lease.take("ada", "lab").id
+        lease = watched.access.lease.take("ada", "lab").id
         async with streamed(watched) as url, connected(url, Authorization=f"Bearer {admin}") as client:
             await client.ask("subscribe", can=True)
             assert await refusal_to_jog(client) == LeaseHeld.code
@@ -491,14 +491,14 @@ def test_a_lease_is_renewed_and_one_that_is_bound_ends_with_the_connection() -> 
                 assert (renewed["type"], renewed["bound"]) == ("renewed", False)
                 assert 0.0 < renewed["expires_in"] <= 10.0
             async with connected(url) as client:
-                assert watched.entrance.lease.holder is not None
+                assert watched.access.lease.holder is not None
                 assert (await client.ask("renew", lease=taken.id, bound=True))["bound"]
                 assert (await client.ask("renew", lease="another"))["code"] == 4105
             async with connected(url) as client:
                 await client.ask("subscribe", events={"since": 0})
                 while client.got[-1].get("event", {}).get("detail", {}).get("change") != "expired":
                     await client.until("event")
-        assert watched.entrance.lease.holder is None
+        assert watched.access.lease.holder is None
 
     run(main())
 

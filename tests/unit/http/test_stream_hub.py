@@ -452,12 +452,12 @@ async def test_reader_whose_rights_change_gets_the_new_ones() -> None:
         ear, reader = asking(here, VIC)
         here.watched.show(homed=True)
         await elapse(1.0)
-        lease = here.watched.entrance.lease.take("ana", "lab").id
+        lease = here.watched.access.lease.take("ana", "lab").id
         await elapse(1.0)
         here.hub.address(reader, Audience(replace(ANA, lease=lease), "en"))
         await elapse(1.0)
         assert codes(ear, "jog") == [NotAllowed.code, 0]
-        here.watched.entrance.lease.release(lease, "ana")
+        here.watched.access.lease.release(lease, "ana")
         await elapse(1.0)
         assert codes(ear, "jog") == [NotAllowed.code, 0, LeaseLost.code]
         here.hub.leave(reader)
@@ -469,7 +469,7 @@ async def test_reader_whose_rights_change_gets_the_new_ones() -> None:
 
 async def test_time_that_passes_is_no_change_of_rights() -> None:
     async with scene() as here:
-        here.watched.entrance.lease.take("ben", "lab", patience=1000.0)
+        here.watched.access.lease.take("ben", "lab", patience=1000.0)
         ear, _ = asking(here, ANA)
         for _ in range(60):
             await elapse(1.0)

@@ -78,8 +78,8 @@ Story = Callable[[Robot, Client, httpx.AsyncClient], Awaitable[None]]
 
 @asynccontextmanager
 async def up(robot: Robot) -> AsyncIterator[str]:
-    gate = Gate(robot.service, robot.entrance.lease)
-    bridge = Bridge(asyncio.get_running_loop(), robot.service, gate=gate, callers=robot.entrance.callers)
+    gate = Gate(robot.service, robot.access.lease)
+    bridge = Bridge(asyncio.get_running_loop(), robot.service, gate=gate, callers=robot.access.callers)
     with bound_socket(0) as listener:
         async with served(create_app(bridge), listener) as url:
             yield url

@@ -24,9 +24,9 @@ GRID = {"corners": ["shelf", [0.6, 1.0, 0.4]], "rows": 1, "columns": 4}
 @asynccontextmanager
 async def http_client(*, homed: bool = True) -> AsyncIterator[tuple[FakeController, httpx.AsyncClient]]:
     controller = FakeController(homed=homed)
-    robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
-    process = Process(robot, controller, controller.config, book.taught)
-    service = Service(process, robot, controller, controller.config, book=book)
+    robot, store = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
+    process = Process(robot, controller, controller.config, store.taught)
+    service = Service(process, robot, controller, controller.config, store=store)
     transport = httpx.ASGITransport(create_app(Bridge(asyncio.get_running_loop(), service)), raise_app_exceptions=False)
     async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133") as client:
         yield controller, client

@@ -25,9 +25,7 @@ PATH = "/v1/twin/faults"
 @asynccontextmanager
 async def twin_client() -> AsyncIterator[tuple[Stack, httpx.AsyncClient]]:
     async with stack(CALM) as running:
-        bridge = Bridge(
-            asyncio.get_running_loop(), running.service, gate=running.gate, callers=running.entrance.callers
-        )
+        bridge = Bridge(asyncio.get_running_loop(), running.service, gate=running.gate, callers=running.access.callers)
         transport = httpx.ASGITransport(create_app(bridge), raise_app_exceptions=False)
         async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:4133") as client:
             yield running, client

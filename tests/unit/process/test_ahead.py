@@ -102,8 +102,8 @@ async def test_path_of_the_next_step_begins_where_the_running_one_ends(staff: Wo
 async def test_step_that_moves_nothing_has_no_path(staff: WorkerSet) -> None:
     async with planned(staff) as (controller, process):
         pose = MayaRobot(controller, controller.config).pose
-        assert 7 <= len(await process.foresight.path_ahead([Pick(CUBE)], pose, 9)) <= 9
-        assert await process.foresight.path_ahead([Pick(CUBE), Gripper(open=True)], pose, 9) == ()
+        assert 7 <= len(await process.computer.path_ahead([Pick(CUBE)], pose, 9)) <= 9
+        assert await process.computer.path_ahead([Pick(CUBE), Gripper(open=True)], pose, 9) == ()
 
 
 async def test_step_that_would_be_refused_has_no_path(staff: WorkerSet) -> None:
@@ -116,6 +116,6 @@ async def test_step_that_would_be_refused_has_no_path(staff: WorkerSet) -> None:
         controller.set_zones([zone_of(parse_zone(box))])
         assert process.ahead.look() == NextStep(1, 2, "approach tray", "approach", (1.1, 0.5, 0.4))
         with pytest.raises(Unreachable):
-            await process.foresight.path_ahead([Approach(TRAY)], MayaRobot(controller, controller.config).pose, 9)
+            await process.computer.path_ahead([Approach(TRAY)], MayaRobot(controller, controller.config).pose, 9)
         assert process.ahead.look() == NextStep(1, 2, "approach tray", "approach", (1.1, 0.5, 0.4))
         await process.cancel(number)

@@ -105,14 +105,14 @@ async def test_steps_of_a_job_that_is_paused_within_a_step_do_not_change() -> No
     async with Machine().running() as layer:
         await layer.process.submit(job({"pick": "cube"}, {"place": "tray"}))
         await layer.until(1, 1)
-        await layer.process.turns.pause("ana", now=True)
+        await layer.process.scheduler.pause("ana", now=True)
         other = {"parts": CUBE, "places": {"shelf": [0.9, 0.9]}, "steps": [{"pick": "cube"}, {"place": "shelf"}]}
         with pytest.raises(
             WrongState, match=r"Job 1 is paused within a step\. A job in this state cannot be changed\."
         ):
             await layer.process.change(1, {"job": other})
         await layer.process.change(1, {"notes": "look at the tray"})
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         done = await layer.process.result(1)
         assert [(step.step, step.state) for step in done.steps] == [
             ("pick cube", TaskState.DONE),
@@ -123,19 +123,19 @@ async def test_steps_of_a_job_that_is_paused_within_a_step_do_not_change() -> No
 
 async def test_steps_of_a_job_that_is_paused_in_its_check_do_not_change(monkeypatch: pytest.MonkeyPatch) -> None:
     async with Machine().running() as layer:
-        walk = layer.process.foresight.walk
+        walk = layer.process.computer.walk
 
         async def slow(*args: Any, **options: Any) -> Any:
             await elapse(5.0)
             return await walk(*args, **options)
 
-        monkeypatch.setattr(layer.process.foresight, "walk", slow)
+        monkeypatch.setattr(layer.process.computer, "walk", slow)
         await layer.process.submit(job("home", {"gripper": "open"}))
         await elapse(1.0)
-        await layer.process.turns.pause("ana", now=True)
+        await layer.process.scheduler.pause("ana", now=True)
         with pytest.raises(WrongState):
             await layer.process.change(1, {"job": {"steps": ["home", "home"]}})
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         assert [step.step for step in (await layer.process.result(1)).steps] == ["home", "gripper open"]
 
 
@@ -178,7 +178,7 @@ class SlowlyKnown(FrailJournal):
 async def test_jobs_that_arrive_while_their_owners_rights_end_are_proposals(stored: bool) -> None:
     journal = SlowlyKnown()
     async with Machine(journal).running() as layer:
-        await layer.process.turns.pause("root", now=False)
+        await layer.process.scheduler.pause("root", now=False)
         await layer.process.submit(HOME, submit_request("ben"))
         await layer.process.submit(HOME, submit_request("ana"))
         journal.slow, journal.late = (0.0, 0.5) if stored else (0.5, 0.0)
@@ -189,7 +189,7 @@ async def test_jobs_that_arrive_while_their_owners_rights_end_are_proposals(stor
         await elapse(5.0)
         rows = [layer.journal.now(number)[0] for number in (1, 2, 3, 4)]
         assert [(row.state, row.proposal) for row in rows] == [(TaskState.HELD, True), (TaskState.QUEUED, False)] * 2
-        await layer.process.turns.resume("root")
+        await layer.process.scheduler.resume("root")
         assert (await layer.process.result(4)).state is TaskState.DONE
         assert layer.states(3)[-1] == "held"
         journal.slow = journal.late = 0.0
@@ -199,7 +199,7 @@ async def test_jobs_that_arrive_while_their_owners_rights_end_are_proposals(stor
 
 async def test_job_is_accepted_once_if_the_journal_breaks_while_its_owners_rights_end() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("root", now=False)
+        await layer.process.scheduler.pause("root", now=False)
         layer.journal.slow = 1.0
         coming = asyncio.create_task(layer.process.submit(HOME, submit_request("eve")))
         await elapse(0.5)
@@ -215,15 +215,15 @@ async def test_job_is_accepted_once_if_the_journal_breaks_while_its_owners_right
 
 async def test_direct_command_that_was_held_waits_in_a_paused_queue_when_it_is_released() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("root", now=False)
-        with layer.process.turns.aside("jog"):
+        await layer.process.scheduler.pause("root", now=False)
+        with layer.process.scheduler.aside("jog"):
             number = await layer.process.command({"command": "home"}, submit_request())
             await layer.process.hold(number)
-            layer.process.turns.halt(Stopped())
+            layer.process.scheduler.halt(Stopped())
         await layer.process.release(number, "ben")
         await elapse(5.0)
         assert kept(layer, number) == [TaskState.QUEUED]
-        await layer.process.turns.resume("root")
+        await layer.process.scheduler.resume("root")
         assert (await layer.process.result(number)).state is TaskState.DONE
 
 
@@ -243,7 +243,7 @@ class Counting(FrailJournal):
 async def test_all_of_many_waiting_jobs_become_proposals_some_at_a_time(broken: str) -> None:
     journal = Counting()
     async with Machine(journal).running() as layer:
-        await layer.process.turns.pause("root", now=False)
+        await layer.process.scheduler.pause("root", now=False)
         for number in range(300):
             await layer.process.submit(HOME, submit_request("ana" if number % 3 == 0 else "ben"))
         journal.broken = broken

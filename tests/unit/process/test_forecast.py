@@ -21,25 +21,25 @@ async def waiting(layer: QueueBench) -> list[JobLine]:
     await elapse(0.0)
     for _ in range(40):
         await elapse(0.0)
-    return list(layer.process.shown.view().waiting)
+    return list(layer.process.views.view().waiting)
 
 
 async def test_every_job_is_predicted_from_the_end_of_the_one_before() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         for one in (MOVE, MOVE, BACK):
             await layer.process.submit(one)
         first, second, third = [line.predicted or 0.0 for line in await waiting(layer)]
         assert first != pytest.approx(second)  # the first comes from where homing ended
         assert third < second  # it begins at the tray, where the second ends
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         took = [(await layer.process.result(number)).duration for number in (1, 2, 3)]
         assert took == pytest.approx([first, second, third])
 
 
 async def test_unchanged_prediction_is_not_computed_again() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         for one in (MOVE, BACK, MOVE):
             await layer.process.submit(one)
         await waiting(layer)
@@ -52,14 +52,14 @@ async def test_unchanged_prediction_is_not_computed_again() -> None:
 
 async def test_job_that_would_be_refused_is_not_predicted_nor_its_successors() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         for one in (MOVE, job({"approach": [5.0, 5.0]}), MOVE):
             await layer.process.submit(one)
         lines = await waiting(layer)
         assert [line.predicted is None for line in lines] == [False, True, False]
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         await elapse(1.0)
-        view = layer.process.shown.view()
+        view = layer.process.views.view()
         assert view.running is not None
         assert view.running.eta is not None
         assert [line.eta for line in view.waiting] == [None, None]
@@ -67,12 +67,12 @@ async def test_job_that_would_be_refused_is_not_predicted_nor_its_successors() -
 
 async def test_a_long_job_is_predicted_too() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(job({"approach": "cube"}, {"approach": "tray"}, repeat=150))
         await elapse(1.0)
-        (line,) = layer.process.shown.view().waiting
+        (line,) = layer.process.views.view().waiting
         assert line.predicted is not None
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         report = await layer.process.result(1)
         assert report.duration == pytest.approx(line.predicted)
 
@@ -82,9 +82,9 @@ async def test_a_slower_robot_is_later() -> None:
         await layer.process.submit(MOVE)
         await layer.process.submit(MOVE)
         await elapse(1.0)
-        full = layer.process.shown.view().waiting[0].eta
+        full = layer.process.views.view().waiting[0].eta
         await layer.controller.override(0.5)
-        half = layer.process.shown.view().waiting[0].eta
+        half = layer.process.views.view().waiting[0].eta
         assert full is not None
         assert half == pytest.approx(2.0 * full)
 
@@ -97,7 +97,7 @@ async def test_end_of_a_slow_job_stays_where_it_is() -> None:
         await elapse(1.0)
         ends: list[float] = []
         for _ in range(4):
-            view = layer.process.shown.view()
+            view = layer.process.views.view()
             assert view.running is not None
             ends.append(asyncio.get_running_loop().time() - began + (view.running.eta or 0.0))
             await elapse(10.0)
@@ -121,7 +121,7 @@ async def test_held_jobs_and_their_dependents_do_not_count() -> None:
         await layer.process.submit(MOVE, submit_request(depends_on=(2,)))
         await layer.process.submit(BACK)
         await elapse(1.0)
-        view = layer.process.shown.view()
+        view = layer.process.views.view()
         assert view.running is not None
         lines = {line.id: line for line in view.waiting}
         assert [lines[number].eta is None for number in (2, 3, 4)] == [True, True, False]
@@ -129,7 +129,7 @@ async def test_held_jobs_and_their_dependents_do_not_count() -> None:
         assert None not in {lines[2].predicted, lines[4].predicted}
         await layer.process.release(2, "ana")
         await elapse(1.0)
-        etas = {line.id: line.eta or 0.0 for line in layer.process.shown.view().waiting}
+        etas = {line.id: line.eta or 0.0 for line in layer.process.views.view().waiting}
         assert 0.0 < etas[2] < etas[3] < etas[4]
 
 
@@ -140,7 +140,7 @@ async def test_job_that_waits_for_a_later_one_comes_after_it() -> None:
         await layer.process.submit(MOVE)
         await layer.process.change(2, {"depends_on": [3]})
         await elapse(1.0)
-        etas = {line.id: line.eta or 0.0 for line in layer.process.shown.view().waiting}
+        etas = {line.id: line.eta or 0.0 for line in layer.process.views.view().waiting}
         assert 0.0 < etas[3] < etas[2]
 
 
@@ -148,7 +148,7 @@ async def test_homing_is_estimated_by_a_bound_and_then_by_the_last_one() -> None
     async with Machine().running() as layer:
         await layer.process.submit(MOVE)
         await elapse(1.0)
-        assert not layer.process.shown.view().estimated
+        assert not layer.process.views.view().estimated
         bound = await with_homing(layer)
         assert 200.0 < bound < 400.0
         layer.controller.events.emit(HomingBegun())
@@ -161,7 +161,7 @@ async def with_homing(layer: QueueBench) -> float:
     """Return what a homing that is queued now is estimated at [s]."""
     number = await layer.process.submit(job("home"))
     await elapse(0.5)
-    view = layer.process.shown.view()
+    view = layer.process.views.view()
     assert view.estimated
     etas = {line.id: line.eta or 0.0 for line in view.waiting}
     await layer.process.cancel(number)
@@ -171,7 +171,7 @@ async def with_homing(layer: QueueBench) -> float:
 
 async def test_waiting_job_shows_the_error_with_which_it_would_fail_as_things_are() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(job({"pick": "cube"}, {"place": "tray"}))
         (line,) = await waiting(layer)
         assert (line.obstacle, line.predicted is None) == (None, False)
@@ -187,7 +187,7 @@ async def test_waiting_job_shows_the_error_with_which_it_would_fail_as_things_ar
 
 async def test_job_behind_one_that_closes_the_gripper_shows_it() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         for one in (job({"pick": "cube"}), job({"pick": "cube"})):
             await layer.process.submit(one)
         first, second = await waiting(layer)

@@ -50,11 +50,11 @@ async def test_slices_of_two_readers_leave_a_turn_between_any_two() -> None:
 
 async def test_report_of_a_long_job_leaves_the_loop_to_others() -> None:
     async with Machine().running() as layer:
-        layer.process.turns.pause_by_itself(PauseReason.ASKED)
+        layer.process.scheduler.pause_by_itself(PauseReason.ASKED)
         number = await layer.process.submit(job({"gripper": "open"}, repeat=STEPS), submit_request(held=True))
         async with Turns() as turns:
             before = turns.count
-            report = await layer.process.shown.report(number)
+            report = await layer.process.views.report(number)
             assert turns.count - before >= STEPS // SLICE
         assert len(report.steps) == STEPS
 
@@ -63,14 +63,14 @@ async def test_report_of_a_running_job_counts_every_change_of_a_step() -> None:
     async with Machine().running() as layer:
         number = await layer.process.submit(job("home", {"gripper": "open"}, repeat=5), submit_request())
         await layer.until(number, 4)
-        report = await layer.process.shown.report(number)
+        report = await layer.process.views.report(number)
         done = sum(step.state is TaskState.DONE for step in report.steps)
         assert (report.line.done, done) == (3, 3)
-        item = layer.process.turns.running
+        item = layer.process.scheduler.running
         assert item is not None and item.record is not None
         assert [step.row.index for step in item.record.remaining] == list(range(4, 11))
         await elapse(600.0)
-        assert (await layer.process.shown.report(number)).line.done == 10
+        assert (await layer.process.views.report(number)).line.done == 10
 
 
 async def test_page_of_many_waiting_jobs_reads_no_single_job() -> None:
@@ -80,7 +80,7 @@ async def test_page_of_many_waiting_jobs_reads_no_single_job() -> None:
             await layer.process.submit(job("home"), submit_request(held=True))
         statements: list[str] = []
         machine.journal.trace(statements.append)
-        lines = await layer.process.shown.page(Filter(limit=1000))
+        lines = await layer.process.views.page(Filter(limit=1000))
         machine.journal.trace(None)
     assert [line.position for line in reversed(lines)] == list(range(1, 301))
     assert len(statements) == 1

@@ -52,7 +52,7 @@ async def test_start_with_many_waiting_jobs_keeps_few_of_them_in_memory() -> Non
     async with machine.running() as layer:
         await elapse(1.0)
         assert whole(QueueEntry) - before <= AT_HAND
-        assert layer.process.shown.view().counts == {"queued": MANY - MANY // 10, "held": MANY // 10}
+        assert layer.process.views.view().counts == {"queued": MANY - MANY // 10, "held": MANY // 10}
 
 
 async def grown(count: int) -> int:
@@ -81,7 +81,7 @@ async def test_clear_of_many_waiting_jobs_is_one_write_and_reports_every_end() -
         await layer.process.clear()
         machine.journal._connection.set_trace_callback(None)
         assert sum(said.startswith("COMMIT") for said in written) <= 3
-        assert layer.process.shown.view().counts == {}
+        assert layer.process.views.view().counts == {}
         assert machine.journal.now(FAR)[0].state is TaskState.CANCELLED
         await elapse(10.0)
         ended = [event.detail["job"] for event in layer.told(JobAdvanced) if event.detail["state"] == "cancelled"]
@@ -95,10 +95,10 @@ async def test_clear_that_cannot_be_written_ends_nothing() -> None:
         machine.journal.broken = "the disk is full"
         with pytest.raises(Exception, match="the disk is full"):
             await layer.process.clear()
-        assert layer.process.shown.line(FAR).state is TaskState.QUEUED
+        assert layer.process.views.line(FAR).state is TaskState.QUEUED
         machine.journal.broken = ""
         await layer.process.clear()
-        assert layer.process.shown.view().counts == {}
+        assert layer.process.views.view().counts == {}
 
 
 async def test_close_reports_every_end_before_it_returns() -> None:
@@ -112,17 +112,17 @@ async def test_a_job_far_behind_is_held_released_moved_changed_and_cancelled() -
     async with (await full()).running() as layer:
         process = layer.process
         await process.hold(FAR)
-        assert process.shown.line(FAR).state is TaskState.HELD
+        assert process.views.line(FAR).state is TaskState.HELD
         await process.release(FAR, "ana")
         await process.change(FAR, {"notes": "with care"})
-        assert process.shown.line(FAR).notes == "with care"
+        assert process.views.line(FAR).notes == "with care"
         await process.move_to(FAR, last=False)
-        assert process.shown.line(FAR).position == 1
+        assert process.views.line(FAR).position == 1
         await process.move(FAR, MANY - 1, behind=True)
-        assert process.shown.line(FAR).position == MANY - 1
+        assert process.views.line(FAR).position == MANY - 1
         assert (await process.cancel(FAR)).state is TaskState.CANCELLED
-        assert FAR not in [line.id for line in process.shown.lines() if line.state is TaskState.QUEUED]
-        assert len(process.shown.lines()) == MANY
+        assert FAR not in [line.id for line in process.views.lines() if line.state is TaskState.QUEUED]
+        assert len(process.views.lines()) == MANY
 
 
 async def test_waiter_for_a_job_far_behind_learns_of_its_end() -> None:
@@ -137,15 +137,15 @@ async def test_ended_job_ends_its_dependents() -> None:
     dependent = row(MANY + 1, options=JobOptions(depends_on=(FAR,)))
     async with (await full(MANY, dependent)).running() as layer:
         await layer.process.cancel(FAR)
-        assert layer.process.shown.line(MANY + 1).state is TaskState.HELD
+        assert layer.process.views.line(MANY + 1).state is TaskState.HELD
         await layer.process.clear()
-        assert layer.process.shown.view().counts == {}
+        assert layer.process.views.view().counts == {}
 
 
 async def test_jobs_begin_in_order_though_they_were_left_in_the_journal() -> None:
     machine = await full(5 * AT_HAND)
     async with machine.running() as layer:
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         await elapse(30.0)
         begun = [event.detail["job"] for event in layer.told(JobAdvanced) if event.detail["state"] == "running"]
         assert begun == [number for number in range(1, 1000) if number % 10][: len(begun)]
@@ -159,12 +159,12 @@ async def test_jobs_submitted_behind_many_stay_in_the_journal() -> None:
         before = whole(QueueEntry)
         numbers = [await layer.process.submit(HOME, submit_request()) for _ in range(50)]
         assert whole(QueueEntry) - before <= 2
-        assert [layer.process.shown.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
+        assert [layer.process.views.line(number).state for number in numbers] == [TaskState.QUEUED] * 50
 
 
 async def test_all_of_an_owner_become_proposals_also_far_behind() -> None:
     async with (await full()).running() as layer:
         layer.process.owner_ended("ana")
         await elapse(10.0)
-        lines = layer.process.shown.lines()
+        lines = layer.process.views.lines()
         assert {(line.owner, line.proposal) for line in lines} == {("ana", True), ("root", False)}

@@ -90,8 +90,8 @@ async def test_a_homing_is_not_predicted() -> None:
 async def test_jobs_run_in_the_order_they_came() -> None:
     async with running() as (controller, process):
         numbers = [await process.submit(job({"approach": place}, name=place)) for place in ("cube", "tray", "cube")]
-        assert [line.state.value for line in process.shown.lines()] == ["running", "queued", "queued"]
-        assert [line.position for line in process.shown.lines()] == [None, 1, 2]
+        assert [line.state.value for line in process.views.lines()] == ["running", "queued", "queued"]
+        assert [line.position for line in process.views.lines()] == [None, 1, 2]
         assert process.running == numbers[0]
         await process.result(numbers[-1])
         assert process.running is None
@@ -147,8 +147,8 @@ async def test_a_fault_fails_the_job_and_pauses_the_queue(error: LinkLost | EndN
         first, second = await process.submit(job(*PICK_AND_PLACE)), await process.submit(job("home"))
         assert states(await process.result(first)) == ["failed", "failed", "skipped"]
         await elapse(100.0)
-        assert process.shown.line(second).state is TaskState.QUEUED
-        assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "fault")
+        assert process.views.line(second).state is TaskState.QUEUED
+        assert (process.views.mode, process.views.reason) == (QueueMode.PAUSED, "fault")
         assert len(controller.calls) == 3
 
 
@@ -160,9 +160,9 @@ async def test_a_stop_cancels_the_job_and_pauses_the_queue() -> None:
         report = await process.result(first)
         assert (states(report), report.code) == (["cancelled", "cancelled", "skipped"], Stopped.code)
         await elapse(100.0)
-        assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "stop")
+        assert (process.views.mode, process.views.reason) == (QueueMode.PAUSED, "stop")
         assert "home" not in controller.names()
-        await process.turns.resume("ana")
+        await process.scheduler.resume("ana")
         assert (await process.result(second)).state is TaskState.DONE
 
 
@@ -170,10 +170,10 @@ async def test_an_empty_queue_is_not_paused_by_a_stop() -> None:
     async with running() as (controller, process):
         first = await process.submit(job(*PICK_AND_PLACE))
         await elapse(5.0)
-        process.turns.halt(Stopped())
+        process.scheduler.halt(Stopped())
         await controller.stop()
         await process.result(first)
-        assert process.shown.mode is QueueMode.RUNNING
+        assert process.views.mode is QueueMode.RUNNING
         assert (await process.result(await process.submit(job("home")))).state is TaskState.DONE
 
 
@@ -181,7 +181,7 @@ async def test_after_a_halt_no_further_step_begins() -> None:
     async with running() as (controller, process):
         number = await process.submit(job("home", "home"))
         await elapse(1.0)
-        process.turns.halt(Stopped())
+        process.scheduler.halt(Stopped())
         assert states(await process.result(number)) == ["cancelled", "done", "skipped"]
         assert controller.names() == ["home"]
 
@@ -232,7 +232,7 @@ async def test_nothing_is_queued_while_nothing_can_run() -> None:
         controller.state = state_of(None, mode=Mode.DISCONNECTED)
         with pytest.raises(NotConnected):
             await process.command(Home())
-        assert process.shown.lines() == []
+        assert process.views.lines() == []
 
 
 async def test_unknown_names_and_numbers_are_refused() -> None:
@@ -240,7 +240,7 @@ async def test_unknown_names_and_numbers_are_refused() -> None:
         with pytest.raises(UnknownName):
             await process.submit(job({"pick": "sphere"}))
         with pytest.raises(NotFound):
-            await process.shown.report(1)
+            await process.views.report(1)
 
 
 async def test_command_is_a_job_of_one_step() -> None:
@@ -254,7 +254,7 @@ async def test_closing_cancels_everything() -> None:
         numbers = [await process.submit(job("home")) for _ in range(3)]
         await elapse(1.0)
         await process.close()
-        assert [(await process.shown.report(number)).state.value for number in numbers] == ["cancelled"] * 3
+        assert [(await process.views.report(number)).state.value for number in numbers] == ["cancelled"] * 3
         assert controller.names()[-1] == "at rest"
 
 
@@ -269,7 +269,7 @@ async def test_a_defect_of_ours_ends_the_job_with_a_report(monkeypatch: pytest.M
         monkeypatch.setattr(controller, "gripper", broken)
         first, second = await process.submit(job("home", {"gripper": "open"})), await process.submit(job("home"))
         assert states(await process.result(first)) == ["failed", "done", "failed"]
-        assert (process.shown.line(second).state.value, process.shown.reason) == ("queued", "fault")
+        assert (process.views.line(second).state.value, process.views.reason) == ("queued", "fault")
         await elapse(0.0)
         assert [type(defect) for defect in defects] == [ZeroDivisionError]
 
@@ -279,7 +279,7 @@ async def test_the_oldest_ended_job_is_forgotten_when_there_are_too_many(monkeyp
     async with running() as (_, process):
         for _ in range(5):
             await process.result(await process.submit(job("home")))
-        assert [line.id for line in process.shown.lines()] == [3, 4, 5]
+        assert [line.id for line in process.views.lines()] == [3, 4, 5]
 
 
 async def test_steps_are_events_with_their_code() -> None:

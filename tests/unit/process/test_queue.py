@@ -38,7 +38,7 @@ async def test_the_greater_priority_goes_first_and_equals_in_the_order_they_came
     async with Machine().running() as layer:
         for priority in (0, 0, 5, -5, 5, 0):
             await layer.process.submit(HOME, submit_request(priority=priority))
-        assert [line.position for line in layer.process.shown.lines()] == [None, 3, 1, 5, 2, 4]
+        assert [line.position for line in layer.process.views.lines()] == [None, 3, 1, 5, 2, 4]
         assert await order_of(layer) == [1, 3, 5, 2, 6, 4]
 
 
@@ -60,7 +60,7 @@ async def test_a_job_is_put_aside_and_taken_up_again() -> None:
         await layer.process.submit(HOME)
         await layer.process.hold(2)
         await layer.process.hold(2)
-        assert layer.process.shown.line(2).state is TaskState.HELD
+        assert layer.process.views.line(2).state is TaskState.HELD
         assert await order_of(layer) == [1]
         await layer.process.release(2, "ana")
         assert layer.states(2)[:3] == ["queued", "held", "queued"]
@@ -90,7 +90,7 @@ async def test_a_job_waits_for_those_on_which_it_depends() -> None:
         await layer.process.submit(HOME, submit_request(depends_on=(1, 2)))
         await layer.process.submit(HOME)
         assert await order_of(layer) == [1, 4]
-        assert layer.process.shown.line(3).state is TaskState.QUEUED
+        assert layer.process.views.line(3).state is TaskState.QUEUED
         await layer.process.release(2, "ana")
         assert await order_of(layer) == [1, 4, 2, 3]
 
@@ -104,12 +104,12 @@ async def test_dependent_of_a_failed_job_is_held_with_the_reason(before: bool) -
             await elapse(1.0)
         second = await process.submit(HOME, submit_request(depends_on=(bad,)))
         await elapse(LONG)
-        line = process.shown.line(second)
+        line = process.views.line(second)
         assert (line.state, line.code) == (TaskState.HELD, 4017)
         assert "job 1" in line.message.lower()
         await process.release(second, "ana")
         assert (await process.result(second)).state is TaskState.DONE
-        assert process.shown.line(second).message == ""
+        assert process.views.line(second).message == ""
 
 
 async def test_only_jobs_that_exist_can_be_depended_on() -> None:
@@ -130,17 +130,17 @@ async def test_after_a_pause_no_step_begins_before_resume() -> None:
         await process.submit(job(*PICK_AND_PLACE))
         await process.submit(HOME)
         await elapse(1.0)
-        await process.turns.pause("ben", now=False)
-        assert process.shown.mode is QueueMode.PAUSING
+        await process.scheduler.pause("ben", now=False)
+        assert process.views.mode is QueueMode.PAUSING
         await elapse(LONG)
-        view = process.shown.view()
+        view = process.views.view()
         assert (view.mode, view.reason, view.by) == (QueueMode.PAUSED, "asked", "ben")
         assert [(line.id, line.state, line.done) for line in view.waiting] == [
             (1, TaskState.PAUSED, 1),
             (2, TaskState.QUEUED, 0),
         ]
         assert "home" not in layer.controller.names()
-        await process.turns.resume("ana")
+        await process.scheduler.resume("ana")
         assert (await process.result(2)).state is TaskState.DONE
         assert layer.states(1) == ["queued", "running", "paused", "running", "done"]
         told = [(e.detail["state"], e.detail["by"]) for e in layer.told(QueueChanged)]
@@ -152,10 +152,10 @@ async def test_a_pause_now_holds_the_motion_too() -> None:
         process = layer.process
         await process.submit(job(*PICK_AND_PLACE))
         await elapse(1.0)
-        await process.turns.pause("ben", now=True)
+        await process.scheduler.pause("ben", now=True)
         assert ("pause", True) in layer.controller.calls
-        assert process.shown.line(1).state is TaskState.PAUSED
-        await process.turns.resume("ben")
+        assert process.views.line(1).state is TaskState.PAUSED
+        await process.scheduler.resume("ben")
         assert ("resume", None) in layer.controller.calls
         assert layer.states(1) == ["queued", "running", "paused", "running"]
         assert (await process.result(1)).state is TaskState.DONE
@@ -165,8 +165,8 @@ async def test_a_motion_pause_is_seen_in_the_job_and_a_job_that_ends_in_it_follo
     async with Machine().running() as layer:
         await layer.process.submit(job({"approach": "cube"}))
         await elapse(1.0)
-        await layer.process.turns.pause_motion()
-        assert layer.process.shown.line(1).state is TaskState.PAUSED
+        await layer.process.scheduler.pause_motion()
+        assert layer.process.views.line(1).state is TaskState.PAUSED
         await layer.process.result(1)  # the fake goes on all the same
         assert layer.states(1) == ["queued", "running", "paused", "running", "done"]
 
@@ -174,71 +174,71 @@ async def test_a_motion_pause_is_seen_in_the_job_and_a_job_that_ends_in_it_follo
 async def test_one_step_at_a_time() -> None:
     async with Machine().running() as layer:
         process = layer.process
-        await process.turns.pause("ana", now=False)
+        await process.scheduler.pause("ana", now=False)
         await process.submit(job("home", *PICK_AND_PLACE))
         await process.submit(HOME)
         for done in (1, 2):
-            await process.turns.step("ana")
+            await process.scheduler.step("ana")
             await elapse(LONG)
-            assert (process.shown.line(1).state, process.shown.line(1).done) == (TaskState.PAUSED, done)
-        await process.turns.step("ana")
+            assert (process.views.line(1).state, process.views.line(1).done) == (TaskState.PAUSED, done)
+        await process.scheduler.step("ana")
         await elapse(LONG)
-        assert process.shown.line(1).state is TaskState.DONE
-        assert process.shown.line(2).state is TaskState.QUEUED
-        await process.turns.step("ana")
+        assert process.views.line(1).state is TaskState.DONE
+        assert process.views.line(2).state is TaskState.QUEUED
+        await process.scheduler.step("ana")
         await elapse(LONG)
-        assert process.shown.line(2).state is TaskState.DONE
-        await process.turns.step("ana")
+        assert process.views.line(2).state is TaskState.DONE
+        await process.scheduler.step("ana")
         await process.submit(HOME)
         await elapse(LONG)
-        assert process.shown.line(3).state is TaskState.QUEUED
+        assert process.views.line(3).state is TaskState.QUEUED
 
 
 async def test_a_step_of_a_queue_that_runs_is_its_last() -> None:
     async with Machine().running() as layer:
         await layer.process.submit(job("home", "home"))
         await elapse(1.0)
-        await layer.process.turns.step("ana")
+        await layer.process.scheduler.step("ana")
         await elapse(LONG)
-        assert (layer.process.shown.line(1).done, layer.process.shown.reason) == (1, "step")
+        assert (layer.process.views.line(1).done, layer.process.views.reason) == (1, "step")
 
 
 async def test_a_stepwise_job_pauses_after_every_step() -> None:
     async with Machine().running() as layer:
         await layer.process.submit(job("home", "home"), submit_request(stepwise=True))
         await elapse(LONG)
-        assert (layer.process.shown.mode, layer.process.shown.reason) == (QueueMode.PAUSED, "step")
-        assert layer.process.shown.line(1).done == 1
-        await layer.process.turns.resume("ana")
+        assert (layer.process.views.mode, layer.process.views.reason) == (QueueMode.PAUSED, "step")
+        assert layer.process.views.line(1).done == 1
+        await layer.process.scheduler.resume("ana")
         assert (await layer.process.result(1)).state is TaskState.DONE
 
 
 async def test_command_runs_at_once_while_the_queue_is_paused() -> None:
     async with Machine().running() as layer:
         process = layer.process
-        await process.turns.pause("ana", now=False)
+        await process.scheduler.pause("ana", now=False)
         await process.submit(job(*PICK_AND_PLACE))
         report = await process.result(await process.command(Home()))
         assert report.state is TaskState.DONE
         queued = await process.command(Home(), submit_request(notes="later"))
         await elapse(LONG)
-        assert process.shown.line(queued).state is TaskState.QUEUED
-        assert process.shown.line(1).state is TaskState.QUEUED
+        assert process.views.line(queued).state is TaskState.QUEUED
+        assert process.views.line(1).state is TaskState.QUEUED
 
 
 async def test_immediate_command_does_not_survive_a_stop() -> None:
     async with Machine().running() as layer:
         process = layer.process
-        await process.turns.pause("ana", now=False)
+        await process.scheduler.pause("ana", now=False)
         await process.submit(HOME)
         first = await process.command(Home())
         second = await process.command(Home())
         await elapse(1.0)
-        process.turns.halt(Stopped())
+        process.scheduler.halt(Stopped())
         await layer.controller.stop()
         assert (await process.result(first)).state is TaskState.CANCELLED
         await elapse(LONG)
-        assert process.shown.line(second).state is TaskState.QUEUED
+        assert process.views.line(second).state is TaskState.QUEUED
         assert layer.controller.names().count("home") == 1
 
 
@@ -262,7 +262,7 @@ async def test_a_stop_before_the_next_try_is_the_end_of_the_job() -> None:
             await elapse(0.01)
         await elapse(30.0 + runner.RETRY_AFTER / 2)
         assert not any(event.code for event in layer.told(JobAdvanced))
-        layer.process.turns.halt(Stopped())
+        layer.process.scheduler.halt(Stopped())
         report = await layer.process.result(number)
         assert (report.state, report.code) == (TaskState.CANCELLED, Stopped.code)
         assert layer.controller.names() == ["home"]
@@ -281,14 +281,14 @@ async def test_pick_is_never_retried_and_nothing_is_after_a_stop(error: Stopped 
 @pytest.mark.parametrize(("policy", "mode"), [("continue", "running"), ("pause", "paused")])
 async def test_queue_obeys_requests_after_a_refusal(policy: str, mode: str) -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(job({"place": "tray"}), submit_request(on_failure=OnFailure(policy)))
         await layer.process.submit(HOME)
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         await elapse(1.0)
-        assert layer.process.shown.mode.value == mode
+        assert layer.process.views.mode.value == mode
         await elapse(LONG)
-        assert (layer.process.shown.line(2).state is TaskState.DONE) is (mode == "running")
+        assert (layer.process.views.line(2).state is TaskState.DONE) is (mode == "running")
 
 
 async def test_a_job_is_done_again_from_the_step_that_was_not_done() -> None:
@@ -332,12 +332,12 @@ async def test_a_job_is_done_again_from_the_first_step_of_the_taken_branch_that_
         process = layer.process
         first = await process.submit(job(*steps))
         await layer.until(first, 2)
-        await process.turns.pause("ana", now=False)
+        await process.scheduler.pause("ana", now=False)
         await elapse(LONG)
         await process.cancel(first)
-        states = [step.state.value for step in (await process.shown.report(first)).steps]
+        states = [step.state.value for step in (await process.views.report(first)).steps]
         assert states == ["done", "done"] + ["skipped"] * 5
-        await process.turns.resume("ana")
+        await process.scheduler.resume("ana")
         again = await process.result(await process.again(first, submit_request()))
         states = [step.state.value for step in again.steps]
         assert states == ["skipped"] * 2 + ["done"] * 2 + ["skipped"] * 2 + ["done"]
@@ -353,7 +353,7 @@ async def test_a_repetition_that_its_check_refuses_is_continued_at_the_same_step
     machine.homed = False
     async with machine.running() as layer:
         process = layer.process
-        assert (await process.shown.report(first)).next_step == 3
+        assert (await process.views.report(first)).next_step == 3
         refused = await process.result(await process.again(first, submit_request()))
         assert [step.state.value for step in refused.steps] == ["skipped", "skipped", "failed", "skipped"]
         assert (refused.next_step, refused.steps[2].duration) == (3, None)
@@ -391,7 +391,7 @@ async def test_a_job_is_changed_while_it_waits() -> None:
         await process.submit(HOME)
         changes = {"priority": 3, "notes": "first", "job": {"name": "two", "steps": ["home", "home"]}}
         await process.change(3, changes)
-        line = process.shown.line(3)
+        line = process.views.line(3)
         assert (line.position, line.notes, line.name, line.steps) == (1, "first", "two", 2)
         with pytest.raises(WrongState, match="running"):
             await process.change(1, {"notes": "late"})
@@ -400,7 +400,7 @@ async def test_a_job_is_changed_while_it_waits() -> None:
         with pytest.raises(InvalidJob):
             await process.change(2, {"job": {"steps": []}})
         assert await order_of(layer) == [1, 3, 2]
-        assert (await process.shown.report(3)).line.done == 2
+        assert (await process.views.report(3)).line.done == 2
 
 
 async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
@@ -412,7 +412,7 @@ async def test_waiting_steps_of_a_paused_job_are_replaced() -> None:
         with pytest.raises(InvalidJob, match="steps up to 1 have begun"):
             await process.change(1, {"job": {"steps": [{"gripper": "open"}, "home"]}})
         await process.change(1, {"job": {"steps": ["home", {"gripper": "close"}]}, "stepwise": False})
-        await process.turns.resume("ana")
+        await process.scheduler.resume("ana")
         report = await process.result(1)
         assert [(step.step, step.state.value) for step in report.steps] == [("home", "done"), ("gripper close", "done")]
 
@@ -451,7 +451,7 @@ async def test_owner_drives_while_his_job_runs_until_it_is_taken_over() -> None:
         layer.lease.take("eva", "test", patience=1e5)
         assert (await layer.process.result(1)).state is TaskState.DONE
         await elapse(LONG)
-        assert layer.process.shown.line(2).state is TaskState.QUEUED
+        assert layer.process.views.line(2).state is TaskState.QUEUED
 
 
 async def test_half_done_job_continues_under_another_driver() -> None:
@@ -460,10 +460,10 @@ async def test_half_done_job_continues_under_another_driver() -> None:
         await layer.process.submit(HOME, submit_request("eva"))
         await elapse(LONG)
         layer.lease.take("eva", "test", patience=1e5)
-        await layer.process.turns.resume("eva")
+        await layer.process.scheduler.resume("eva")
         assert await order_of(layer) == [1, 1]
-        assert layer.process.shown.reason == "step"
-        await layer.process.turns.resume("eva")
+        assert layer.process.views.reason == "step"
+        await layer.process.scheduler.resume("eva")
         assert await order_of(layer) == [1, 1, 2]
 
 
@@ -474,7 +474,7 @@ async def test_a_lost_driver_pauses_the_queue_after_the_step() -> None:
         await layer.process.submit(HOME)
         await layer.process.change(2, {"notes": "waits"})
         await elapse(LONG)
-        assert (layer.process.shown.mode, layer.process.shown.reason) == (QueueMode.PAUSED, "driver")
+        assert (layer.process.views.mode, layer.process.views.reason) == (QueueMode.PAUSED, "driver")
 
 
 async def test_clear_cancels_all_that_waits() -> None:
@@ -483,7 +483,7 @@ async def test_clear_cancels_all_that_waits() -> None:
         for held in (False, False, True):
             await process.submit(HOME, submit_request(held=held))
         await process.clear()
-        assert [line.state.value for line in process.shown.lines()] == ["running", "cancelled", "cancelled"]
+        assert [line.state.value for line in process.views.lines()] == ["running", "cancelled", "cancelled"]
         assert (await process.result(1)).state is TaskState.DONE
 
 
@@ -493,16 +493,16 @@ async def test_automatic_pause_ends_with_its_cause() -> None:
         await process.submit(HOME)
         await process.submit(HOME)
         await elapse(1.0)
-        process.turns.halt(Stopped())
+        process.scheduler.halt(Stopped())
         await layer.controller.stop()
         await process.result(1)
-        assert process.shown.mode is QueueMode.PAUSED
+        assert process.views.mode is QueueMode.PAUSED
         await process.cancel(2)
-        assert process.shown.mode is QueueMode.RUNNING
-        await process.turns.pause("ana", now=False)
+        assert process.views.mode is QueueMode.RUNNING
+        await process.scheduler.pause("ana", now=False)
         await process.submit(HOME)
         await process.clear()
-        assert process.shown.mode is QueueMode.PAUSED
+        assert process.views.mode is QueueMode.PAUSED
 
 
 async def test_request_before_a_stop_does_not_begin_after_it() -> None:
@@ -511,10 +511,10 @@ async def test_request_before_a_stop_does_not_begin_after_it() -> None:
         machine.journal.slow = 5.0
         submitting = asyncio.create_task(layer.process.submit(HOME))
         await elapse(1.0)
-        layer.process.turns.halt(Stopped())
+        layer.process.scheduler.halt(Stopped())
         assert await submitting == 1
         await elapse(LONG)
-        assert (layer.process.shown.line(1).state, layer.process.shown.reason) == (TaskState.QUEUED, "stop")
+        assert (layer.process.views.line(1).state, layer.process.views.reason) == (TaskState.QUEUED, "stop")
 
 
 @pytest.mark.parametrize("command", ["hold", "clear", "cancel", "pause"])
@@ -534,12 +534,12 @@ async def test_request_while_a_job_is_about_to_begin_is_obeyed(command: str) -> 
             "hold": lambda: process.hold(1),
             "clear": process.clear,
             "cancel": lambda: process.cancel(1),
-            "pause": lambda: process.turns.pause("ana", now=False),
+            "pause": lambda: process.scheduler.pause("ana", now=False),
         }
         await commands[command]()
         await asyncio.gather(first, releasing)
         await elapse(LONG)
-        state = process.shown.line(1).state
+        state = process.views.line(1).state
         assert state in {"hold": [TaskState.HELD], "pause": [TaskState.QUEUED]}.get(command, [TaskState.CANCELLED])
         assert layer.controller.calls == []
 
@@ -548,16 +548,16 @@ async def test_job_held_between_selection_and_start_does_not_begin() -> None:
     machine = Machine()
     async with machine.running() as layer:
         process = layer.process
-        await process.turns.pause("ana", now=False)
+        await process.scheduler.pause("ana", now=False)
         await process.submit(HOME)
         await process.submit(HOME)
         machine.journal.slow = 5.0
-        resuming = asyncio.create_task(process.turns.resume("ana"))
+        resuming = asyncio.create_task(process.scheduler.resume("ana"))
         await elapse(1.0)
         holding = asyncio.create_task(process.hold(1))
         await asyncio.gather(resuming, holding)
         await elapse(LONG)
-        assert [line.state for line in process.shown.lines()] == [TaskState.HELD, TaskState.DONE]
+        assert [line.state for line in process.views.lines()] == [TaskState.HELD, TaskState.DONE]
         assert layer.states(1)[-1] == "held"
 
 
@@ -569,7 +569,7 @@ async def test_job_is_submitted_when_its_caller_leaves_during_the_write() -> Non
         await elapse(1.0)
         submitting.cancel()
         await elapse(LONG)
-        assert layer.process.shown.line(1).state is TaskState.DONE
+        assert layer.process.views.line(1).state is TaskState.DONE
 
 
 async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
@@ -578,7 +578,7 @@ async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
         for _ in range(3):
             await process.submit(job(*PICK_AND_PLACE, {"approach": "cube"}))
         await elapse(5.0)
-        view = process.shown.view()
+        view = process.views.view()
         assert view.running is not None
         etas = [line.eta for line in (view.running, *view.waiting)]
         report = [await process.result(number) for number in (1, 2, 3)]
@@ -589,10 +589,10 @@ async def test_end_of_the_queue_is_predicted_from_the_end_of_each_job() -> None:
 
 async def test_paused_queue_has_no_predicted_end() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(job(*PICK_AND_PLACE))
         await elapse(1.0)
-        view = layer.process.shown.view()
+        view = layer.process.views.view()
         assert (view.finish_at, view.waiting[0].eta) == (None, None)
         assert view.waiting[0].predicted is not None
 
@@ -600,9 +600,9 @@ async def test_paused_queue_has_no_predicted_end() -> None:
 async def test_command_keeps_its_text() -> None:
     async with Machine().running() as layer:
         number = await layer.process.command(Gripper(True), submit_request(held=True))
-        assert await layer.process.shown.body(number) == {"wish": {"command": "gripper", "open": True}}
+        assert await layer.process.views.body(number) == {"wish": {"command": "gripper", "open": True}}
         await layer.process.submit(HOME, submit_request(held=True))
-        assert await layer.process.shown.body(2) == {
+        assert await layer.process.views.body(2) == {
             "name": "home",
             "parts": {"cube": [0.5, 1.1]},
             "places": {"tray": [1.1, 0.5]},

@@ -41,7 +41,7 @@ async def test_nothing_moves_after_a_restart() -> None:
     async with machine.running() as layer:
         await elapse(LONG)
         assert layer.controller.calls == []
-        view = layer.process.shown.view()
+        view = layer.process.views.view()
         assert (view.mode, view.reason) == (QueueMode.PAUSED, "restart")
         assert [(line.id, line.state) for line in view.waiting] == [
             (1, TaskState.INTERRUPTED),
@@ -50,7 +50,7 @@ async def test_nothing_moves_after_a_restart() -> None:
         assert view.recovery is not None
         assert (view.recovery.job, view.recovery.index, view.recovery.step) == (1, 1, "pick cube")
         assert view.recovery.state == layer.controller.state
-        report = await layer.process.shown.report(1)
+        report = await layer.process.views.report(1)
         assert [step.state.value for step in report.steps] == ["interrupted", "queued", "queued"]
 
 
@@ -62,14 +62,14 @@ async def test_finished_steps_are_known_without_a_worker_too(monkeypatch: pytest
     monkeypatch.setattr(JobComputer, "expanded", failed)
     async with machine.running() as layer:
         monkeypatch.undo()
-        report = await layer.process.shown.report(1)
+        report = await layer.process.views.report(1)
         assert [step.state.value for step in report.steps] == ["done", "interrupted", "queued"]
 
 
 async def test_the_phase_that_was_under_way_is_known() -> None:
     machine = await killed_at(1, after=10.0)
     async with machine.running() as layer:
-        recovery = layer.process.shown.view().recovery
+        recovery = layer.process.views.view().recovery
         assert recovery is not None
         assert recovery.phase in {"approach", "down"}
 
@@ -77,7 +77,7 @@ async def test_the_phase_that_was_under_way_is_known() -> None:
 async def test_a_queue_in_which_a_restart_left_something_is_not_resumed_unasked() -> None:
     machine = await killed_at(1)
     async with machine.running() as layer:
-        for command in (layer.process.turns.resume, layer.process.turns.step):
+        for command in (layer.process.scheduler.resume, layer.process.scheduler.step):
             with pytest.raises(AnswerNeeded, match="What should happen to the interrupted job"):
                 await command("ana")
         await elapse(LONG)
@@ -90,7 +90,7 @@ async def recover(
     """Choose, let everything run, and return the states of the first job's steps."""
     await layer.process.recover(choice, holding, resume_queue=resume_queue, by="ana")
     await elapse(LONG)
-    return [step.state.value for step in (await layer.process.shown.report(1)).steps]
+    return [step.state.value for step in (await layer.process.views.report(1)).steps]
 
 
 async def test_a_decision_about_another_job_is_refused() -> None:
@@ -98,9 +98,9 @@ async def test_a_decision_about_another_job_is_refused() -> None:
     async with machine.running() as layer:
         with pytest.raises(NotFound, match="interrupted job 2"):
             await layer.process.recover("abort", None, resume_queue=False, by="ana", job=2)
-        assert layer.process.shown.view().recovery is not None
+        assert layer.process.views.view().recovery is not None
         await layer.process.recover("abort", None, resume_queue=False, by="ana", job=1)
-        assert layer.process.shown.view().recovery is None
+        assert layer.process.views.view().recovery is None
 
 
 @pytest.mark.parametrize("choice", ["resume", "redo"])
@@ -108,7 +108,7 @@ async def test_a_pick_that_did_not_take_the_part_is_done_again(choice: str) -> N
     machine = await killed_at(1)
     async with machine.running() as layer:
         assert await recover(layer, choice) == ["done"] * 3
-        assert layer.process.shown.line(2).state is TaskState.DONE
+        assert layer.process.views.line(2).state is TaskState.DONE
         assert layer.states(1) == ["interrupted", "queued", "running", "done"]
 
 
@@ -116,7 +116,7 @@ async def test_pick_whose_part_is_in_the_gripper_counts_as_done() -> None:
     machine = await killed_at(1)
     machine.closed = True
     async with machine.running() as layer:
-        recovery = layer.process.shown.view().recovery
+        recovery = layer.process.views.view().recovery
         assert recovery is not None
         assert recovery.holding is None
         with pytest.raises(AnswerNeeded):
@@ -139,7 +139,7 @@ async def test_redoing_a_pick_with_the_part_in_the_gripper_is_refused_and_still_
     async with machine.running() as layer:
         with pytest.raises(GripperNotEmpty):
             await recover(layer, "redo", holding=True)
-        assert layer.process.shown.view().recovery is not None
+        assert layer.process.views.view().recovery is not None
         assert layer.controller.calls == []
 
 
@@ -169,16 +169,16 @@ async def test_a_step_is_left_out() -> None:
     machine.closed = False
     async with machine.running() as layer:
         assert await recover(layer, "skip") == ["done", "skipped", "done"]
-        assert (await layer.process.shown.report(1)).parts == {"cube": None}
+        assert (await layer.process.views.report(1)).parts == {"cube": None}
 
 
 async def test_an_aborted_job_lets_the_queue_wait() -> None:
     machine = await killed_at(2)
     async with machine.running() as layer:
         assert await recover(layer, "abort") == ["done", "cancelled", "skipped"]
-        assert layer.process.shown.line(1).state is TaskState.CANCELLED
-        assert layer.process.shown.line(2).state is TaskState.QUEUED
-        assert layer.process.shown.mode is QueueMode.PAUSED
+        assert layer.process.views.line(1).state is TaskState.CANCELLED
+        assert layer.process.views.line(2).state is TaskState.QUEUED
+        assert layer.process.views.mode is QueueMode.PAUSED
         with pytest.raises(NotFound):
             await recover(layer, "abort")
 
@@ -187,10 +187,10 @@ async def test_a_choice_without_going_on_leaves_the_queue_paused() -> None:
     machine = await killed_at(1)
     async with machine.running() as layer:
         assert await recover(layer, "redo", resume_queue=False) == ["queued"] * 3
-        assert [line.id for line in layer.process.shown.view().waiting] == [1, 2]
-        await layer.process.turns.resume("ana")
+        assert [line.id for line in layer.process.views.view().waiting] == [1, 2]
+        await layer.process.scheduler.resume("ana")
         await elapse(LONG)
-        assert layer.process.shown.line(1).state is TaskState.DONE
+        assert layer.process.views.line(1).state is TaskState.DONE
 
 
 async def test_robot_that_is_not_homed_is_homed_first_by_a_command() -> None:
@@ -206,11 +206,11 @@ async def test_robot_that_is_not_homed_is_homed_first_by_a_command() -> None:
 async def test_paused_queue_keeps_its_own_reason() -> None:
     machine = Machine()
     async with machine.running() as layer:
-        await layer.process.turns.pause("ben", now=False)
+        await layer.process.scheduler.pause("ben", now=False)
         await layer.process.submit(HOME)
     async with machine.running() as layer:
         await elapse(LONG)
-        view = layer.process.shown.view()
+        view = layer.process.views.view()
         assert (view.mode, view.reason, view.by) == (QueueMode.PAUSED, "asked", "ben")
         assert view.recovery is None
 
@@ -220,10 +220,10 @@ async def test_an_empty_queue_runs_after_a_restart() -> None:
     async with machine.running() as layer:
         await layer.process.result(await layer.process.submit(HOME))
     async with machine.running() as layer:
-        assert layer.process.shown.mode is QueueMode.RUNNING
+        assert layer.process.views.mode is QueueMode.RUNNING
         assert await layer.process.submit(HOME) == 2
-        assert (await layer.process.shown.report(1)).state is TaskState.DONE
-        assert [step.step for step in (await layer.process.shown.report(1)).steps] == ["home"]
+        assert (await layer.process.views.report(1)).state is TaskState.DONE
+        assert [step.step for step in (await layer.process.views.report(1)).steps] == ["home"]
 
 
 async def test_shutdown_interrupts_the_job_and_keeps_waiting_ones() -> None:
@@ -235,9 +235,9 @@ async def test_shutdown_interrupts_the_job_and_keeps_waiting_ones() -> None:
     await layer.process.close()
     layer.lease.close()
     assert layer.controller.names() == ["home", "at rest"]
-    assert [line.state.value for line in layer.process.shown.lines()] == ["interrupted", "queued"]
+    assert [line.state.value for line in layer.process.views.lines()] == ["interrupted", "queued"]
     async with machine.running() as again:
-        recovery = again.process.shown.view().recovery
+        recovery = again.process.views.view().recovery
         assert recovery is not None
         assert (recovery.job, recovery.index) == (1, 1)
 
@@ -251,7 +251,7 @@ async def test_ending_the_program_after_the_step() -> None:
     layer.lease.close()
     assert layer.controller.names() == ["home"]
     async with machine.running() as again:
-        recovery = again.process.shown.view().recovery
+        recovery = again.process.views.view().recovery
         assert recovery is not None
         assert (recovery.index, [choice.name for choice in recovery.choices]) == (0, ["resume", "abort"])
         assert await recover(again, "resume") == ["done", "done"]
@@ -263,11 +263,11 @@ async def test_a_step_that_is_held_is_not_waited_for_at_the_end() -> None:
     layer = await machine.started()
     await layer.process.submit(job({"approach": "cube"}))
     await elapse(1.0)
-    await layer.process.turns.pause("ana", now=True)
+    await layer.process.scheduler.pause("ana", now=True)
     await layer.process.close(finish=True)
     layer.lease.close()
     assert layer.controller.names()[-1] == "at rest"
-    assert layer.process.shown.line(1).state is TaskState.INTERRUPTED
+    assert layer.process.views.line(1).state is TaskState.INTERRUPTED
 
 
 async def test_waiters_are_notified_when_the_program_ends() -> None:
@@ -282,19 +282,19 @@ async def test_waiters_are_notified_when_the_program_ends() -> None:
 async def test_dependencies_and_holds_outlive_a_restart() -> None:
     machine = Machine()
     async with machine.running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(HOME, submit_request(held=True))
         await layer.process.submit(HOME, submit_request(depends_on=(1,)))
         await layer.process.submit(HOME, submit_request(priority=7))
         await layer.process.hold(2)
     async with machine.running() as layer:
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         await layer.process.release(2, "ana")
         await elapse(LONG)
-        assert [line.state.value for line in layer.process.shown.lines()] == ["held", "queued", "done"]
+        assert [line.state.value for line in layer.process.views.lines()] == ["held", "queued", "done"]
         await layer.process.release(1, "ana")
         await elapse(LONG)
-        assert [line.state.value for line in layer.process.shown.lines()] == ["done"] * 3
+        assert [line.state.value for line in layer.process.views.lines()] == ["done"] * 3
 
 
 async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
@@ -306,18 +306,18 @@ async def test_two_jobs_may_wait_for_a_person_one_after_the_other() -> None:
     await elapse(1.0)
     await machine.kill(layer)
     async with machine.running() as again:
-        first = again.process.shown.view().recovery
+        first = again.process.views.view().recovery
         assert first is not None
         await again.process.recover("resume", None, resume_queue=True, by="ana")
-        second = again.process.shown.view().recovery
+        second = again.process.views.view().recovery
         assert second is not None
         assert [(one.job, one.index) for one in (first, second)] == [(1, 0), (2, 1)]
-        assert again.process.shown.mode is QueueMode.PAUSED
+        assert again.process.views.mode is QueueMode.PAUSED
         await again.process.recover("redo", None, resume_queue=True, by="ana")
         await elapse(LONG)
-        await again.process.turns.resume("ana")  # the first pauses after its step
+        await again.process.scheduler.resume("ana")  # the first pauses after its step
         await elapse(LONG)
-        assert [line.state.value for line in again.process.shown.lines()] == ["done", "done"]
+        assert [line.state.value for line in again.process.views.lines()] == ["done", "done"]
 
 
 async def test_an_interrupted_job_cannot_be_moved_but_cancelled() -> None:
@@ -327,7 +327,7 @@ async def test_an_interrupted_job_cannot_be_moved_but_cancelled() -> None:
             await layer.process.move_to(1, last=True)
         report = await layer.process.cancel(1)
         assert [step.state.value for step in report.steps] == ["done", "cancelled", "skipped"]
-        assert layer.process.shown.view().recovery is None
+        assert layer.process.views.view().recovery is None
 
 
 async def test_the_rest_of_an_interrupted_job_is_replaced() -> None:

@@ -23,7 +23,7 @@ LONG = 1000.0
 async def test_every_step_is_done_once_despite_holds_at_any_instant(tenths: int, stepwise: bool) -> None:
     async with Machine().running() as layer:
         layer.journal.slow = 0.4
-        turns = layer.process.turns
+        turns = layer.process.scheduler
         await layer.process.submit(job("home", "home"), submit_request(stepwise=stepwise))
         await elapse(0.1 * tenths)
         notes = [asyncio.create_task(layer.process.change(1, {"notes": str(n)})) for n in range(2)]
@@ -34,7 +34,7 @@ async def test_every_step_is_done_once_despite_holds_at_any_instant(tenths: int,
             await elapse(LONG)
             with suppress(RequestError):
                 await turns.resume("ana")
-        assert layer.process.shown.line(1).state is TaskState.DONE
+        assert layer.process.views.line(1).state is TaskState.DONE
         assert layer.controller.names().count("home") == 2
         assert [step.state for step in layer.journal.now(1)[1]] == [TaskState.DONE, TaskState.DONE]
 
@@ -49,27 +49,27 @@ async def test_a_job_that_is_made_to_wait_as_it_is_about_to_begin_waits() -> Non
         changing = asyncio.create_task(layer.process.change(1, {"depends_on": [2]}))
         await asyncio.gather(slow, releasing, changing)
         await elapse(LONG)
-        assert layer.process.shown.line(1).state is TaskState.QUEUED
+        assert layer.process.views.line(1).state is TaskState.QUEUED
         assert layer.controller.calls == []
 
 
 async def test_delayed_immediate_command_blocks_nothing() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(HOME, submit_request(held=True))
         layer.journal.slow = 0.5
         slow = asyncio.create_task(layer.process.change(1, {"notes": "slow"}))
         number = await layer.process.command({"command": "home"})
         await asyncio.gather(slow, layer.process.change(number, {"depends_on": [1]}), return_exceptions=True)
         await elapse(LONG)
-        assert layer.process.shown.line(number).state in {TaskState.QUEUED, TaskState.DONE}
+        assert layer.process.views.line(number).state in {TaskState.QUEUED, TaskState.DONE}
 
 
 async def paused_queue(layer: QueueBench) -> Awaitable[object]:
     """Return the resumption of a queue in which a job waits."""
-    await layer.process.turns.pause("ana", now=False)
+    await layer.process.scheduler.pause("ana", now=False)
     await layer.process.submit(HOME)
-    return layer.process.turns.resume("ana")
+    return layer.process.scheduler.resume("ana")
 
 
 async def held_job(layer: QueueBench) -> Awaitable[object]:
@@ -103,12 +103,12 @@ async def test_a_stop_pauses_the_queue_although_a_request_lets_a_job_begin(
     async with machine.running() as layer:
         request = asyncio.ensure_future(await prepared(layer))
         layer.journal.slow = 0.5
-        asyncio.get_running_loop().call_later(delay, layer.process.turns.halt, Stopped())
+        asyncio.get_running_loop().call_later(delay, layer.process.scheduler.halt, Stopped())
         await request
         await elapse(LONG)
-        assert layer.process.shown.mode is QueueMode.PAUSED
+        assert layer.process.views.mode is QueueMode.PAUSED
         assert layer.controller.calls == []
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         await elapse(LONG)
         assert layer.controller.names() == ["home"]
 
@@ -121,9 +121,9 @@ async def test_lost_driver_prevents_further_starts(why: str, paused: bool) -> No
         await elapse(1.0)
         layer.lease.drop("ana", why)
         await elapse(LONG)
-        view = layer.process.shown.view()
+        view = layer.process.views.view()
         assert (view.reason == "driver") is paused
-        assert (layer.process.shown.line(1).state is TaskState.DONE) is not paused
+        assert (layer.process.views.line(1).state is TaskState.DONE) is not paused
 
 
 async def test_a_stop_ends_the_check_of_a_long_job_at_once() -> None:
@@ -132,11 +132,11 @@ async def test_a_stop_ends_the_check_of_a_long_job_at_once() -> None:
         async for event in layer.controller.events.follow():
             if isinstance(event, JobAdvanced) and event.detail["state"] == "running":
                 break
-        layer.process.turns.halt(Stopped())
+        layer.process.scheduler.halt(Stopped())
         report = await layer.process.result(number)
         assert (report.state, report.code) == (TaskState.CANCELLED, Stopped.code)
         assert {step.predicted for step in report.steps} == {None}
         assert layer.controller.calls == []
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         again = await layer.process.submit(job({"gripper": "open"}), submit_request())
         assert (await layer.process.result(again)).state is TaskState.DONE

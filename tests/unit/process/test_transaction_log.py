@@ -29,7 +29,7 @@ async def test_unwritable_job_is_refused() -> None:
         layer.journal.broken = "the disk is full"
         with pytest.raises(StorageFailed, match="the disk is full"):
             await layer.process.submit(HOME)
-        assert layer.process.shown.lines() == []
+        assert layer.process.views.lines() == []
         assert layer.told(JobAdvanced) == []
         layer.journal.broken = ""
         number = await layer.process.submit(HOME)
@@ -45,19 +45,19 @@ async def test_no_step_begins_that_cannot_be_written_and_the_end_of_the_last_is_
         layer.journal.broken = "the disk is full"
         await elapse(LONG)
         assert layer.controller.names() == ["home"]
-        assert (process.shown.mode, process.shown.reason) == (QueueMode.PAUSED, "storage")
+        assert (process.views.mode, process.views.reason) == (QueueMode.PAUSED, "storage")
         assert [event.detail["state"] for event in layer.told(StepAdvanced)] == ["running"]
         assert [event.detail["state"] for event in layer.told(StorageChanged)] == ["failing"]
         assert await kept(layer, 1) == ("running", ["running"])
         with pytest.raises(StorageFailed):
-            await process.turns.resume("ana")
+            await process.scheduler.resume("ana")
         layer.journal.broken = ""
         await elapse(2 * RETRY)
         assert await kept(layer, 1) == ("paused", ["done"])
         assert [event.detail["state"] for event in layer.told(StorageChanged)] == ["failing", "working"]
         await elapse(LONG)
         assert layer.controller.names() == ["home"]
-        await process.turns.resume("ana")
+        await process.scheduler.resume("ana")
         assert (await process.result(2)).state is TaskState.DONE
         assert layer.states(1) == ["queued", "running", "paused", "running", "done"]
 
@@ -74,31 +74,31 @@ async def test_unwritten_end_of_a_job_is_announced_when_it_is_written() -> None:
         assert report.state is TaskState.DONE
         assert await kept(layer, number) == ("done", ["done"])
         await elapse(1.0)
-        assert layer.process.shown.mode is QueueMode.RUNNING
+        assert layer.process.views.mode is QueueMode.RUNNING
 
 
 async def test_job_whose_start_cannot_be_written_does_not_begin() -> None:
     async with Machine().running() as layer:
-        with layer.process.turns.aside("jog"):
+        with layer.process.scheduler.aside("jog"):
             await layer.process.submit(HOME)
             layer.journal.broken = "the file may only be read"
         await elapse(LONG)
         assert layer.controller.calls == []
-        assert layer.process.shown.line(1).state is TaskState.QUEUED
+        assert layer.process.views.line(1).state is TaskState.QUEUED
         layer.journal.broken = ""
-        await layer.process.turns.resume("ana")
+        await layer.process.scheduler.resume("ana")
         assert (await layer.process.result(1)).state is TaskState.DONE
 
 
 async def test_immediate_command_that_cannot_begin_does_not_retry_for_ever() -> None:
     async with Machine().running() as layer:
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         await layer.process.submit(HOME)
         command = await layer.process.command(Home())
         await layer.process.command(Home())
         layer.journal.broken = "the disk is full"
         await elapse(LONG)
-        assert layer.process.shown.line(command + 1).state is TaskState.QUEUED
+        assert layer.process.views.line(command + 1).state is TaskState.QUEUED
         assert layer.controller.names() == ["home"]
         layer.journal.broken = ""
 
@@ -107,10 +107,10 @@ async def test_immediate_command_that_cannot_begin_does_not_retry_for_ever() -> 
 async def test_change_is_applied_when_it_is_written_or_not_at_all(command: str) -> None:
     async with Machine().running() as layer:
         process = layer.process
-        await process.turns.pause("ana", now=False)
+        await process.scheduler.pause("ana", now=False)
         for _ in range(2):
             await process.submit(HOME)
-        before = process.shown.view()
+        before = process.views.view()
         layer.journal.broken = "the disk is full"
         commands = {
             "hold": lambda: process.hold(2),
@@ -121,7 +121,7 @@ async def test_change_is_applied_when_it_is_written_or_not_at_all(command: str) 
         }
         with pytest.raises(StorageFailed):
             await commands[command]()
-        assert process.shown.view() == before
+        assert process.views.view() == before
         layer.journal.broken = ""
 
 
@@ -131,11 +131,11 @@ async def test_unwritable_pause_still_holds() -> None:
         await layer.until(1, 1)
         layer.journal.broken = "the disk is full"
         with pytest.raises(StorageFailed):
-            await layer.process.turns.pause("ana", now=False)
+            await layer.process.scheduler.pause("ana", now=False)
         layer.journal.broken = ""
         await elapse(LONG)
         assert layer.controller.names() == ["home"]
-        assert (layer.process.shown.mode, layer.process.shown.reason) == (QueueMode.PAUSED, "asked")
+        assert (layer.process.views.mode, layer.process.views.reason) == (QueueMode.PAUSED, "asked")
         assert layer.told(QueueChanged)[0].detail["by"] == "ana"
 
 
@@ -160,9 +160,9 @@ async def test_pause_during_another_write_is_still_announced() -> None:
         machine.journal.slow = 1.0
         await layer.process.submit(job("home", "home"))
         await layer.process.submit(HOME)
-        layer.process.turns.halt(Stopped())
+        layer.process.scheduler.halt(Stopped())
         await elapse(0.5)
-        layer.process.turns.pause_by_itself(PauseReason.FAULT)
+        layer.process.scheduler.pause_by_itself(PauseReason.FAULT)
         await elapse(LONG)
         assert [event.detail["reason"] for event in layer.told(QueueChanged)] == ["stop"]
         kept_now = await layer.journal.unfinished()

@@ -37,7 +37,7 @@ async def holding(owner: CallerRegistry, by: Caller, **how: object) -> Caller:
 
 
 def driver(owner: CallerRegistry) -> str:
-    holder = owner.entrance.lease.holder
+    holder = owner.access.lease.holder
     return "" if holder is None else holder.name
 
 
@@ -111,7 +111,7 @@ async def test_own_lease_is_taken_again_by_force() -> None:
 
 async def test_running_job_does_not_let_a_student_take_the_lease() -> None:
     owner = await lab()
-    with owner.entrance.lease.driving("sam", "job 1"):
+    with owner.access.lease.driving("sam", "job 1"):
         for force in (False, True):
             with pytest.raises(NotAllowed):
                 await owner.leasing.take(SAM, force=force)
@@ -195,13 +195,13 @@ async def test_the_local_user_needs_no_ceremony_and_may_have_it() -> None:
     owner = caller_registry()
     taken = await owner.leasing.take(LOCAL, note="calibrating")
     assert (taken.holder, taken.note, taken.expires_in) == ("local", "calibrating", 10.0)
-    with owner.entrance.lease.driving("local", "local", direct=True):
+    with owner.access.lease.driving("local", "local", direct=True):
         assert driver(owner) == "local"
 
 
 async def test_students_job_waits_for_approval_unless_the_lease_was_lent() -> None:
     owner = await lab()
-    lease = owner.entrance.lease
+    lease = owner.access.lease
     queue = QueueService(cast("Process", None), lease)
     assert (queue.proposes(SAM), queue.proposes(OLGA)) == (True, False)
     with lease.driving("sam", "job 1"):

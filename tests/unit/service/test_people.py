@@ -80,8 +80,8 @@ async def test_a_name_is_had_once_also_by_two_at_a_time() -> None:
 
 async def test_a_sign_in_is_in_the_audit_log_whether_it_succeeds_or_not() -> None:
     rows: list[AuditRow] = []
-    entrance = AccessControl.new(ControlLease(EventLog(asyncio.get_running_loop().time)), note=rows.append)
-    people = UserService(entrance, lambda *_: None)
+    access = AccessControl.new(ControlLease(EventLog(asyncio.get_running_loop().time)), note=rows.append)
+    people = UserService(access, lambda *_: None)
     await people.add("root", "admin", PASSWORD)
     with pytest.raises(NotSignedIn):
         await people.sign_in("root", "wrong horse battery", "10.0.0.1")
@@ -94,11 +94,11 @@ async def test_a_sign_in_is_in_the_audit_log_whether_it_succeeds_or_not() -> Non
 
 async def test_secrets_are_nowhere_but_in_the_answer(tmp_path: Path) -> None:
     owner = caller_registry(FileStore(tmp_path / "maya.db"))
-    await owner.entrance.register.open()
+    await owner.access.register.open()
     made = await owner.people.add("root", "admin", PASSWORD)
     signed = await owner.people.sign_in("root", PASSWORD, "10.0.0.1")
     shown = repr((await owner.people.list(), await owner.people.tokens("root", LOCAL), owner.events.since(0)))
-    await owner.entrance.register.close()
+    await owner.access.register.close()
     kept = b"".join(map(Path.read_bytes, tmp_path.iterdir()))  # noqa: ASYNC240 - nothing else is going on
     for token in (made.token, signed.token):
         secret = token.split("_")[2]
@@ -110,27 +110,27 @@ async def test_secrets_are_nowhere_but_in_the_answer(tmp_path: Path) -> None:
 
 async def test_users_outlive_the_program(tmp_path: Path) -> None:
     owner = caller_registry(FileStore(tmp_path / "maya.db"))
-    await owner.entrance.register.open()
+    await owner.access.register.open()
     made = await owner.people.add("root", "admin", PASSWORD)
-    await owner.entrance.register.close()
+    await owner.access.register.close()
     again = caller_registry(FileStore(tmp_path / "maya.db"))
-    await again.entrance.register.open()
+    await again.access.register.open()
     assert (await again.resolve(made.token)).role is Role.ADMIN
     assert (await again.people.sign_in("root", PASSWORD, "")).user == "root"
-    await again.entrance.register.close()
+    await again.access.register.close()
 
 
 async def test_when_a_token_was_used_is_known_after_a_restart(tmp_path: Path) -> None:
     owner = caller_registry(FileStore(tmp_path / "maya.db"))
-    await owner.entrance.register.open()
+    await owner.access.register.open()
     made = await owner.people.add("root", "admin")
     owner.days.today += timedelta(hours=1)
     await owner.resolve(made.token)
-    await owner.entrance.register.close()
+    await owner.access.register.close()
     again = caller_registry(FileStore(tmp_path / "maya.db"))
-    await again.entrance.register.open()
+    await again.access.register.open()
     assert [line.used for line in await again.people.tokens("root", LOCAL)] == ["2026-11-21T10:00:00+00:00"]
-    await again.entrance.register.close()
+    await again.access.register.close()
 
 
 async def test_the_last_administrator_stays() -> None:
@@ -165,7 +165,7 @@ async def test_removed_user_is_refused_and_loses_the_lease() -> None:
     await owner.people.remove("ann")
     assert not await is_valid(owner, made.token)
     with pytest.raises(LeaseLost, match="removed"):
-        owner.entrance.lease.require(taken.id, "ann")
+        owner.access.lease.require(taken.id, "ann")
 
 
 async def test_demoted_user_loses_the_lease() -> None:
@@ -174,9 +174,9 @@ async def test_demoted_user_loses_the_lease() -> None:
     ann = await owner.caller("ann", "operator")
     await owner.leasing.take(ann)
     await owner.people.change("ann", role="admin", by=root)
-    assert owner.entrance.lease.holder is not None
+    assert owner.access.lease.holder is not None
     await owner.people.change("ann", role="viewer", by=root)
-    assert owner.entrance.lease.holder is None
+    assert owner.access.lease.holder is None
 
 
 async def test_only_the_token_that_took_the_lease_takes_it_away() -> None:
@@ -186,9 +186,9 @@ async def test_only_the_token_that_took_the_lease_takes_it_away() -> None:
     other = await owner.people.token("ann", by=root)
     await owner.leasing.take(ann)
     await owner.people.revoke(other.id, by=root)
-    assert owner.entrance.lease.holder is not None
+    assert owner.access.lease.holder is not None
     await owner.people.sign_out(ann)
-    assert owner.entrance.lease.holder is None
+    assert owner.access.lease.holder is None
 
 
 async def test_tokens_are_made_for_oneself_and_by_administrators_for_others() -> None:

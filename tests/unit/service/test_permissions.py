@@ -54,7 +54,7 @@ class Scene(NamedTuple):
     async def ask(self, name: str, caller: Caller) -> MayaError | None:
         """Do an action and return the error that refused it."""
         operation, work = DONE[name]
-        gate = Gate(self.service, self.service.entrance.lease)
+        gate = Gate(self.service, self.service.access.lease)
         doing = asyncio.ensure_future(gate.call(caller, operation, work))
         doing.add_done_callback(asyncio.Future.exception)  # the end of the test stops what it began
         await asyncio.wait({doing}, timeout=2.0)
@@ -119,7 +119,7 @@ async def scene_of(name: str) -> AsyncIterator[Scene]:
 
 async def held(scene: Scene, caller: Caller) -> Caller:
     """Return a caller who has taken the lease."""
-    taken = scene.service.entrance.lease.take(caller.name, caller.source, force=True)
+    taken = scene.service.access.lease.take(caller.name, caller.source, force=True)
     return replace(caller, lease=taken.id)
 
 
@@ -150,7 +150,7 @@ async def test_refusals_are_equal_as_long_as_the_circumstances_are() -> None:
     for name in (*SCENES, "not homed"):
         async with scene_of(name) as scene:
             await look(scene)
-            lease = scene.service.entrance.lease
+            lease = scene.service.access.lease
             with lease.driving("ros", "ros", direct=True):
                 await look(scene)
             await look(scene)

@@ -44,7 +44,7 @@ async def test_students_job_is_a_proposal_until_an_operator_releases_it() -> Non
 
 async def test_student_with_the_lease_queues_like_others() -> None:
     async with opened_service() as (_, service):
-        service.entrance.lease.take("ana", "lab", patience=LONG)
+        service.access.lease.take("ana", "lab", patience=LONG)
         accepted = await service.submit(HOME, by=ANA)
         assert (await service.wait(accepted.id)).line.proposal is False
 

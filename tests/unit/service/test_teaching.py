@@ -36,10 +36,10 @@ CORNERS = [[0.3, 1.0, 0.4], [0.6, 1.0, 0.4], [0.3, 1.2, 0.4]]
 @asynccontextmanager
 async def opened_service() -> AsyncIterator[tuple[FakeController, Service]]:
     controller = FakeController()
-    robot, book = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
-    process = Process(robot, controller, controller.config, book.taught)
+    robot, store = MayaRobot(controller, controller.config), PoseStore(controller.mechanism)
+    process = Process(robot, controller, controller.config, store.taught)
     try:
-        yield controller, Service(process, robot, controller, controller.config, book=book)
+        yield controller, Service(process, robot, controller, controller.config, store=store)
     finally:
         await process.close()
 

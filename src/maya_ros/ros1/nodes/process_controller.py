@@ -54,7 +54,7 @@ async def serve(node: RosNode) -> None:
     ):
         config = await awaited(node.graph.parameters, speed=node.speed, waiting=lambda: node.say(waiting))
         metrics = Metrics()
-        async with _layer(node, config, metrics) as (layer, controller), graph_rights(layer.entrance.callers) as rights:
+        async with _layer(node, config, metrics) as (layer, controller), graph_rights(layer.access.callers) as rights:
             bridge = _bridge(layer, missing)
             app = create_app(bridge, None, metrics)
             queue = GraphQueue(layer.gate.call, layer.service.queue.view, controller, rights.who)
@@ -126,7 +126,7 @@ def _bridge(layer: ProcessAssembly, missing: Callable[[], Sequence[MayaError]]) 
         asyncio.get_running_loop(),
         layer.service,
         gate=layer.gate,
-        callers=layer.entrance.callers,
+        callers=layer.access.callers,
         journal=layer.journal,
         missing=missing,
     )

@@ -1,7 +1,7 @@
 """Taught places: `maya teach`, `maya poses`, `maya teach-pallet`, `maya pallets`.
 
-Requests go to the running robot, which knows its position and uses its book for jobs. Without a running robot,
-everything except teaching a pose is done in the book beside the configuration.
+Requests go to the running robot, which knows its position and uses its taught places for jobs. Without a running
+robot, everything except teaching a pose is done in the file of taught places beside the configuration.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def remove(what: str, name: str, settings: OutputSettings) -> int:
     """Delete a pose or a pallet; raises `NotTaught`, and `InvalidValue` for the corner of a pallet."""
     forget = TeachingService.forget_pose if what == "poses" else TeachingService.forget_pallet
     request = requests.forget(name) if what == "poses" else requests.forget_pallet(name)
-    _asked(settings, lambda client: client.ask(request), lambda book: forget(book, name))
+    _asked(settings, lambda client: client.ask(request), lambda teaching: forget(teaching, name))
     return output.answer({"forgotten": name}, translate("Removed: {name}", settings.language, name=name), settings)
 
 
@@ -65,7 +65,7 @@ def rename(what: str, old: str, new: str, settings: OutputSettings) -> int:
     """Rename a pose or a pallet; raises `NotTaught`, `NameTaken` and `InvalidValue`."""
     change = TeachingService.rename_pose if what == "poses" else TeachingService.rename_pallet
     request = requests.rename(old, new) if what == "poses" else requests.rename_pallet(old, new)
-    value = _asked(settings, lambda client: client.ask(request), lambda book: change(book, old, new))
+    value = _asked(settings, lambda client: client.ask(request), lambda teaching: change(teaching, old, new))
     return output.answer(value, translate("{old} is now {new}.", settings.language, old=old, new=new), settings)
 
 
@@ -93,7 +93,7 @@ def teach_pallet(grid: PalletRequest, settings: OutputSettings, *, replacing: bo
     pallet = _asked(
         settings,
         lambda client: client.ask(requests.teach_pallet(grid.name, body, replace=replacing)),
-        lambda book: book.teach_pallet(grid.name, body, now(), replacing=replacing),
+        lambda teaching: teaching.teach_pallet(grid.name, body, now(), replacing=replacing),
     )
     return output.answer(pallet, _pallet_text(pallet, settings.language, units_of(settings)), settings)
 
@@ -163,13 +163,13 @@ def _taught(client: ServiceClient, name: str, replacing: bool) -> dict[str, Any]
 def _asked(
     settings: OutputSettings, there: Callable[[ServiceClient], Any], here: Callable[[TeachingService], object]
 ) -> Any:
-    """Return the answer of the running robot, or without one that of the book beside the configuration."""
+    """Return the answer of the running robot, or without one that of the file of taught places."""
     client = ServiceClient.running()
     if client is not None:
         return there(client)
     config = configuration(settings)
-    book = PoseStore(Mechanism.of(config), taught_places(settings))
-    return to_data(here(TeachingService(book, config.cell.grasp_height, _nowhere)))
+    store = PoseStore(Mechanism.of(config), taught_places(settings))
+    return to_data(here(TeachingService(store, config.cell.grasp_height, _nowhere)))
 
 
 def _nowhere() -> NoReturn:

@@ -408,7 +408,7 @@ async def _serve(robot: _Robot, options: UpOptions, listeners: _UpListeners, set
     keep_quiet(asyncio.get_running_loop())
     metrics = Metrics()
     async with _running(robot) as running:
-        require_users(kept=running.entrance.callers.kept, listen=options.remote.listen)
+        require_users(kept=running.access.callers.kept, listen=options.remote.listen)
         running.controller.events.heard_by(metrics.happened)
         running.controller.events.heard_by(log.note_event)
         running.controller.tap(metrics.timer(robot.speed))
@@ -519,7 +519,7 @@ def _bridge(running: Stack, settings: OutputSettings) -> Bridge:
         asyncio.get_running_loop(),
         running.service,
         gate=running.gate,
-        callers=running.entrance.callers,
+        callers=running.access.callers,
         journal=running.journal,
         config_file=None if settings.config is None else Path(settings.config),
     )

@@ -221,7 +221,7 @@ def add_poses(routes: Routes) -> None:
     )
     async def pose(ask: Ask, name: str) -> Response:
         """Return a taught pose; 4010 NotTaught if there is none."""
-        return answer(await _taught(ask, lambda book: book.pose(name)))
+        return answer(await _taught(ask, lambda teaching: teaching.pose(name)))
 
     teaching = (*_TAKING, NotConnected, NotHomed, Busy, Unreachable)
 
@@ -245,7 +245,7 @@ def add_poses(routes: Routes) -> None:
         if body.point is not None:
             point = Point(*body.point)
             joints = await ask(lambda service: service.previews.ik(point, ask.caller))
-        return answer(await _taught(ask, lambda book: book.teach(name, now(), joints, replacing=replace)))
+        return answer(await _taught(ask, lambda teaching: teaching.teach(name, now(), joints, replacing=replace)))
 
     @routes.add(
         "PATCH",
@@ -259,7 +259,7 @@ def add_poses(routes: Routes) -> None:
     )
     async def rename(ask: Ask, name: str, body: NameBody) -> Response:
         """Rename a pose."""
-        return answer(await _taught(ask, lambda book: book.rename_pose(name, body.name)))
+        return answer(await _taught(ask, lambda teaching: teaching.rename_pose(name, body.name)))
 
     forgetting = (*_ONE, FileUnwritable)
 
@@ -274,7 +274,7 @@ def add_poses(routes: Routes) -> None:
     )
     async def forget(ask: Ask, name: str) -> Response:
         """Delete a pose."""
-        await _taught(ask, lambda book: book.forget_pose(name))
+        await _taught(ask, lambda teaching: teaching.forget_pose(name))
         return answer(Forgotten(name))
 
 
@@ -294,7 +294,7 @@ def add_pallets(routes: Routes) -> None:
     )
     async def pallet(ask: Ask, name: str) -> Response:
         """Return a taught pallet; 4010 NotTaught if there is none."""
-        return answer(await _taught(ask, lambda book: book.pallet(name)))
+        return answer(await _taught(ask, lambda teaching: teaching.pallet(name)))
 
     @routes.add(
         "PUT",
@@ -311,7 +311,7 @@ def add_pallets(routes: Routes) -> None:
         `corners` are the first cell, the last cell of the first row, the first cell of the last row and, optionally,
         the last cell. A single row or column needs only its two ends.
         """
-        return answer(await _taught(ask, lambda book: book.teach_pallet(name, grid, now(), replacing=replace)))
+        return answer(await _taught(ask, lambda teaching: teaching.teach_pallet(name, grid, now(), replacing=replace)))
 
     @routes.add(
         "PATCH",
@@ -325,7 +325,7 @@ def add_pallets(routes: Routes) -> None:
     )
     async def rename_pallet(ask: Ask, name: str, body: NameBody) -> Response:
         """Rename a pallet."""
-        return answer(await _taught(ask, lambda book: book.rename_pallet(name, body.name)))
+        return answer(await _taught(ask, lambda teaching: teaching.rename_pallet(name, body.name)))
 
     forgetting = (*_ONE, FileUnwritable)
 
@@ -340,7 +340,7 @@ def add_pallets(routes: Routes) -> None:
     )
     async def forget_pallet(ask: Ask, name: str) -> Response:
         """Delete a pallet; the poses at its corners stay."""
-        await _taught(ask, lambda book: book.forget_pallet(name))
+        await _taught(ask, lambda teaching: teaching.forget_pallet(name))
         return answer(Forgotten(name))
 
 

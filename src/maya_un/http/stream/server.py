@@ -62,25 +62,25 @@ class StreamServer:
         """Serve one client from its handshake to its end."""
         wire = socket.scope["extensions"][WIRE]
         assert isinstance(wire, StreamWire)
-        entrance = StreamHandshake(socket, self._bridge)
+        handshake = StreamHandshake(socket, self._bridge)
         await socket.accept()
         try:
-            await self._serve(socket, wire, entrance)
+            await self._serve(socket, wire, handshake)
         except MayaError as refusal:
-            refuse(wire, refusal, entrance.language)
+            refuse(wire, refusal, handshake.language)
         except Exception as defect:  # noqa: BLE001 - the last handler: a client gets a sentence, the log the traceback
-            refuse(wire, written_down(defect), entrance.language)
+            refuse(wire, written_down(defect), handshake.language)
 
-    async def _serve(self, socket: WebSocket, wire: StreamWire, entrance: StreamHandshake) -> None:
+    async def _serve(self, socket: WebSocket, wire: StreamWire, handshake: StreamHandshake) -> None:
         places, address = self._near if is_local(socket) else self._far, source_of(socket)
         if not places.take(address):
             raise TooManyRequests(limit=phrase("no more streams"), seconds=1, wait=1)
         self._wires.add(wire)
         try:
-            caller = await _introduced(entrance)
+            caller = await _introduced(handshake)
             if caller is not None:
                 async with self._entered() as hub:
-                    session = StreamSession(socket, wire, self._bridge, hub, entrance, caller)
+                    session = StreamSession(socket, wire, self._bridge, hub, handshake, caller)
                     with self._rights.watched(lambda: session.caller, session.take_rights):
                         await session.converse()
         finally:
@@ -140,10 +140,10 @@ class StreamServer:
             self._hub = None
 
 
-async def _introduced(entrance: StreamHandshake) -> Caller | None:
+async def _introduced(handshake: StreamHandshake) -> Caller | None:
     try:
         async with asyncio.timeout(INTRODUCTION):
-            return await entrance.introduced()
+            return await handshake.introduced()
     except TimeoutError:
         raise NotSignedIn(
             reason=phrase("no `hello` with a token arrived within {seconds:g} s", seconds=INTRODUCTION)

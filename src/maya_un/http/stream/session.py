@@ -151,17 +151,17 @@ class StreamSession:
         wire: StreamWire,
         bridge: Bridge,
         hub: StreamHub,
-        entrance: StreamHandshake,
+        handshake: StreamHandshake,
         caller: Caller,
     ) -> None:
         self._socket = socket
-        self._entrance = entrance
+        self._handshake = handshake
         self._wire = wire
         self._bridge = bridge
         self._hub = hub
         self._caller = caller
         self._reader = StreamReader(wire, hub.ring, self._lag)
-        self._requests = StreamRequests(socket, wire.write, lambda: entrance.language)
+        self._requests = StreamRequests(socket, wire.write, lambda: handshake.language)
         self._catching: asyncio.Task[None] | None = None
         self._bound = ""
         self._heard_until = 0.0
@@ -190,7 +190,7 @@ class StreamSession:
     def take_rights(self, now: Caller | MayaError) -> None:
         """Apply changed rights of the client; disconnect it if they have ended."""
         if isinstance(now, MayaError):
-            refuse(self._wire, now, self._entrance.language)
+            refuse(self._wire, now, self._handshake.language)
         else:
             self._become(now)
 
@@ -201,7 +201,7 @@ class StreamSession:
     def _address(self) -> None:
         """Have personal topics follow the rights of this client, under the lease that its requests have."""
         caller = replace(self._caller, source="", token="", lease=self._bound)
-        self._hub.address(self._reader, Audience(caller, self._entrance.language))
+        self._hub.address(self._reader, Audience(caller, self._handshake.language))
 
     async def _breathe(self) -> None:
         """Delay the next message of a client that sends too many; other clients do not wait."""
@@ -221,10 +221,10 @@ class StreamSession:
             message = decoded(text)
             kind = kind_of(message)
             if kind == "hello":
-                self._become(await self._entrance.meet(message))
+                self._become(await self._handshake.meet(message))
                 await self._greet(message)
                 return
-            self._become(await self._entrance.caller())
+            self._become(await self._handshake.caller())
             match kind:
                 case "subscribe":
                     await self._subscribe(message)
@@ -237,7 +237,7 @@ class StreamSession:
         except NotSignedIn:
             raise
         except MayaError as error:
-            self._wire.write(error_frame(error, self._entrance.language, message))
+            self._wire.write(error_frame(error, self._handshake.language, message))
 
     async def _greet(self, about: Mapping[str, Any]) -> None:
         """Introduce the robot, with the date of a time of its clock, because events have times of that clock."""
@@ -296,9 +296,9 @@ class StreamSession:
             await catch_up(self._reader, self._hub, self._look_up, self._wire.writable.wait, self._bridge.past)
         except MayaError as error:
             self._reader.seen = None
-            self._wire.write(error_frame(error, self._entrance.language))
+            self._wire.write(error_frame(error, self._handshake.language))
         except Exception as defect:  # noqa: BLE001 - no code awaits this task; the client and the log get the error
-            refuse(self._wire, written_down(defect), self._entrance.language)
+            refuse(self._wire, written_down(defect), self._handshake.language)
 
     async def _look_up(self, above: int, most: int) -> list[EventMessage]:
         run = self._hub.run
@@ -314,7 +314,7 @@ class StreamSession:
 
     def _lag(self) -> None:
         seen = self._reader.seen or 0
-        refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._entrance.language)
+        refuse(self._wire, StreamLagging(behind=self._hub.ring.last - seen, since=seen), self._handshake.language)
 
     async def _renew(self, message: Mapping[str, Any]) -> None:
         """Renew a lease; a `bound` lease is released when this connection ends."""

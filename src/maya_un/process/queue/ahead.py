@@ -23,13 +23,13 @@ POINTS = 64
 
 
 class StepAhead:
-    """Shows the next step of the job that `running` returns; `foresight` computes its path."""
+    """Shows the next step of the job that `running` returns; `computer` computes its path."""
 
     def __init__(
-        self, robot: Robot, foresight: JobComputer, running: Callable[[], QueueEntry | None], events: EventLog
+        self, robot: Robot, computer: JobComputer, running: Callable[[], QueueEntry | None], events: EventLog
     ) -> None:
         self._robot = robot
-        self._foresight = foresight
+        self._computer = computer
         self._running = running
         self._start: Pose | None = None
         self._shown: NextStep | None = None
@@ -80,7 +80,7 @@ class StepAhead:
 
     async def _planned(self, tasks: Sequence[Task], start: Pose) -> None:
         try:
-            points = await self._foresight.path_ahead([task.action for task in tasks], start, POINTS)
+            points = await self._computer.path_ahead([task.action for task in tasks], start, POINTS)
         except MayaError:
             return
         if self._shown is not None:

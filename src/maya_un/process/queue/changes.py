@@ -178,7 +178,7 @@ class TransactionLog:
 
 
 class Changes:
-    """Makes transactions for the ledger; nothing changes before they are written."""
+    """Makes transactions for the transactions; nothing changes before they are written."""
 
     def __init__(self, items: QueueEntries, events: EventLog) -> None:
         self._items = items
@@ -290,9 +290,9 @@ Dates = Callable[[float], str]
 class QueuePauser:
     """The queue's mode; `row` is the present one."""
 
-    def __init__(self, ledger: TransactionLog, events: EventLog, dates: Dates) -> None:
+    def __init__(self, transactions: TransactionLog, events: EventLog, dates: Dates) -> None:
         self.row = QueueRow()
-        self._ledger = ledger
+        self._transactions = transactions
         self._events = events
         self._dates = dates
 
@@ -312,7 +312,7 @@ class QueuePauser:
             self.row = replace(self.row)
         else:
             self.row = QueueRow(True, reason, by, self._dates(0.0))
-            self._ledger.soon(self._entry())
+            self._transactions.soon(self._entry())
 
     def resume(self, by: str) -> Transaction:
         """Return the change that resumes the queue, unless a pause is requested before it is written."""
@@ -322,7 +322,7 @@ class QueuePauser:
             if self.row is before:
                 self.row = row
             else:
-                self._ledger.soon(self._entry())
+                self._transactions.soon(self._entry())
 
         return Transaction((row,), make, lambda: self._tell(row, by))
 

@@ -98,18 +98,18 @@ class JobSubmitter:
     `revocations` counts by owner how often the right to queue jobs ended; a job requested before that is a proposal.
     """
 
-    def __init__(self, items: QueueEntries, ledger: TransactionLog, changes: Changes, dates: Dates) -> None:
+    def __init__(self, items: QueueEntries, transactions: TransactionLog, changes: Changes, dates: Dates) -> None:
         self.next_id = 1
         self.revocations: Counter[str] = Counter()
         self._items = items
-        self._ledger = ledger
+        self._transactions = transactions
         self._changes = changes
         self._dates = dates
         self._coming: dict[tuple[str, str], asyncio.Event] = {}
 
     @property
     def _journal(self) -> Journal:
-        return self._ledger.journal
+        return self._transactions.journal
 
     def date(self) -> str:
         """Return the present date."""
@@ -170,7 +170,7 @@ class JobSubmitter:
         try:
             await self._write(row, steps)
         except StorageFailed:
-            await self._ledger.check()
+            await self._transactions.check()
             raise
         late = self._revoked(asked) and not row.proposal
         if late:
@@ -180,8 +180,8 @@ class JobSubmitter:
         self._items.add(item)
         self._changes.tell(row)
         if late:
-            with suppress(StorageFailed):  # the job is accepted, and the ledger writes its row again
-                await self._ledger.write(lambda: [self._changes.row(item, item.row)])
+            with suppress(StorageFailed):  # the job is accepted, and the transactions writes its row again
+                await self._transactions.write(lambda: [self._changes.row(item, item.row)])
         await self.hold_where_failed(item)
         self._items.park(item)
         return row.id
@@ -228,7 +228,7 @@ class JobSubmitter:
             found = self._items.find(number)
             if found is not None and found.row.state.ended and item.row.state is TaskState.QUEUED:
                 notice = failed_dependency(number, found.row.state)
-                await self._ledger.write(lambda notice=notice: self._changes.job(item, TaskState.HELD, notice))
+                await self._transactions.write(lambda notice=notice: self._changes.job(item, TaskState.HELD, notice))
 
     def _number(self) -> int:
         self.next_id += 1
@@ -255,16 +255,16 @@ class JobEditor:
     def __init__(
         self,
         items: QueueEntries,
-        ledger: TransactionLog,
+        transactions: TransactionLog,
         changes: Changes,
         submitting: JobSubmitter,
-        foresight: JobComputer,
+        computer: JobComputer,
     ) -> None:
         self._items = items
-        self._ledger = ledger
+        self._transactions = transactions
         self._changes = changes
         self._submitting = submitting
-        self._foresight = foresight
+        self._computer = computer
 
     async def hold(self, number: int) -> None:
         """Hold a waiting job; raises `NotFound`, `WrongState`, `StorageFailed`."""
@@ -275,7 +275,7 @@ class JobEditor:
                 return []
             return _unsure(self._changes.job(item, TaskState.HELD))
 
-        await self._ledger.write(propose)
+        await self._transactions.write(propose)
 
     async def release(self, number: int, by: str, require: Callable[[JobRow], None]) -> None:
         """Queue a held job; it then waits only for dependencies that have not ended.
@@ -294,11 +294,11 @@ class JobEditor:
             entries = self._changes.job(item, TaskState.QUEUED, approved_by=approved)
             return _unsure([Transaction((), lambda: self._items.depend(item, alive)), *entries])
 
-        await self._ledger.write(propose)
+        await self._transactions.write(propose)
 
     async def move(self, number: int, beside: int, *, behind: bool) -> None:
         """Move a job before or `behind` the job `beside`; raises `NotFound`, `WrongState`, `StorageFailed`."""
-        await self._ledger.write(lambda: self._moved(number, beside, behind=behind))
+        await self._transactions.write(lambda: self._moved(number, beside, behind=behind))
 
     async def move_to(self, number: int, *, last: bool) -> None:
         """Move a job to the first place, or with `last` to the last; raises as `move` does."""
@@ -308,7 +308,7 @@ class JobEditor:
             beside = self._items.order.outermost(number, last=last)
             return [] if beside is None else self._moved(number, beside, behind=last)
 
-        await self._ledger.write(propose)
+        await self._transactions.write(propose)
 
     async def change(
         self, number: int, changes: Mapping[str, object], require: Callable[[JobRow], None], *, approved: bool
@@ -328,8 +328,8 @@ class JobEditor:
         asked = read_options(rest, item.row.options).depends_on
         standing = await self._submitting.standing(asked) if "depends_on" in rest else None
 
-        written = await self._foresight.written(changes["job"], whose=item.row.owner.name) if "job" in changes else None
-        begun = await self._foresight.expanded(item.row.body) if written is not None and item.begun else None
+        written = await self._computer.written(changes["job"], whose=item.row.owner.name) if "job" in changes else None
+        begun = await self._computer.expanded(item.row.body) if written is not None and item.begun else None
 
         def propose() -> list[Transaction]:
             self._changeable(number, approved=approved, body=written is not None)
@@ -342,7 +342,7 @@ class JobEditor:
             changed = self._changed(item, options, written, standing if depends_anew else None, approved=approved)
             return _unsure(changed)
 
-        await self._ledger.write(propose)
+        await self._transactions.write(propose)
         await self._submitting.hold_where_failed(item)
 
     async def unapprove(self, owner: str) -> None:
@@ -361,7 +361,7 @@ class JobEditor:
             ]
 
         failed: StorageFailed | None = None
-        numbers = self._ledger.journal.waiting_of(owner)
+        numbers = self._transactions.journal.waiting_of(owner)
         slices = [numbers[begin : begin + _READ_AT_A_TIME] for begin in range(0, len(numbers), _READ_AT_A_TIME)]
         changes = [
             lambda: proposals({*self._items}),
@@ -369,7 +369,7 @@ class JobEditor:
         ]
         for change in changes:
             try:
-                await self._ledger.write(change)
+                await self._transactions.write(change)
             except StorageFailed as error:
                 failed = error
         if failed is not None:
@@ -385,7 +385,7 @@ class JobEditor:
             item = self._items.get(number)
             return [] if item.row.state.ended or unless() else _unsure(self.cancelled(item, error))
 
-        await self._ledger.write(propose)
+        await self._transactions.write(propose)
 
     async def clear(self, error: MayaError) -> ClearedJobs | None:
         """End all waiting jobs, held ones too; return those that remain to be announced. Raises `StorageFailed`.
@@ -403,7 +403,7 @@ class JobEditor:
             cleared = ClearedJobs(numbers, TaskState.CANCELLED, notice.code, notice.message, self._submitting.date())
             return [self._changes.cleared(cleared)]
 
-        await self._ledger.write(at_once)
+        await self._transactions.write(at_once)
         await self._clear_rest(error)
         return cleared
 
@@ -411,7 +411,7 @@ class JobEditor:
         """Announce the end of every job of `row`, some at a time, so other tasks can run."""
         numbers = sorted(row.numbers)
         for begin in range(0, len(numbers), _AT_A_TIME):
-            some = await self._ledger.journal.names_of(numbers[begin : begin + _AT_A_TIME])
+            some = await self._transactions.journal.names_of(numbers[begin : begin + _AT_A_TIME])
             self._changes.tell_cleared(row, some)
 
     async def _clear_rest(self, error: MayaError) -> None:
@@ -423,7 +423,7 @@ class JobEditor:
                 items = {self._items.get(number): None for number in some if number in self._items.order}
                 return [entry for item in items for entry in _unsure(self.cancelled(item, error, items.keys()))]
 
-            await self._ledger.write(propose)
+            await self._transactions.write(propose)
 
     def cancelled(self, item: QueueEntry, error: MayaError, among: Collection[QueueEntry] = ()) -> list[Transaction]:
         """Return the changes that end a job which is not under way, `among` others that end with it."""

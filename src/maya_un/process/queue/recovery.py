@@ -173,7 +173,7 @@ class JobRecoverer:
             entries = [entry for item in interrupted for entry in self._interrupted(item)]
             return [*entries, *self._mode(known.queue, bool(interrupted))]
 
-        await self._shared.ledger.write(propose)
+        await self._shared.transactions.write(propose)
 
     def view(self) -> Recovery | None:
         """Return the interrupted job that waits for a user, with the machine's present state, or None."""
@@ -210,14 +210,14 @@ class JobRecoverer:
         decision = decide(situation, choice, holding)
         if decision.goes_on:
             ahead = await self._ahead(item, step, decision)
-            await self._shared.foresight.require(ahead, self._pose(decision.holding))
+            await self._shared.computer.require(ahead, self._pose(decision.holding))
 
         def propose() -> list[Transaction]:
             if item.row.state is not TaskState.INTERRUPTED:
                 raise NotFound(what="interrupted job", number=item.number)
             return [*self._decided(item, step, decision), *self._resumed(item, by, resume_queue=resume_queue)]
 
-        await self._shared.ledger.write(propose)
+        await self._shared.transactions.write(propose)
         if decision.holding is not None and self._shared.controller.state.gripper_closed:
             self._shared.robot.seen(holding=decision.holding)
 
@@ -226,7 +226,7 @@ class JobRecoverer:
         if not steps:
             return None
         try:
-            return JobRecord.kept(await self._shared.foresight.expanded_anyway(row.body), steps)
+            return JobRecord.kept(await self._shared.computer.expanded_anyway(row.body), steps)
         except MayaError:
             return None
 
@@ -269,7 +269,7 @@ class JobRecoverer:
 
     async def _ahead(self, item: QueueEntry, step: StepRecord | None, decision: RecoveryDecision) -> list[Task]:
         """Return the tasks that the decision leaves to do."""
-        record = item.record or await JobRecord.new(await self._shared.foresight.expanded(item.row.body))
+        record = item.record or await JobRecord.new(await self._shared.computer.expanded(item.row.body))
         left_out = step if decision.step is not TaskState.QUEUED else None
         return [one.task for one in record.remaining if one is not left_out]
 

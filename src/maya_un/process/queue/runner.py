@@ -37,16 +37,16 @@ RETRY_AFTER = 1.0
 class RunnerContext:
     """The shared objects of the queue's workers. With `notes_phases` every phase of a step is written.
 
-    `foresight` computes jobs.
+    `computer` computes jobs.
     """
 
     robot: Robot
     controller: Controller
-    ledger: TransactionLog
+    transactions: TransactionLog
     changes: Changes
     pausing: QueuePauser
     dates: Dates
-    foresight: JobComputer
+    computer: JobComputer
     notes_phases: bool
 
 
@@ -109,7 +109,7 @@ class JobRunner:
             began = item.row.began or date
             return [entry._replace(sure=False) for entry in shared.changes.job(item, TaskState.RUNNING, began=began)]
 
-        await shared.ledger.write(propose)
+        await shared.transactions.write(propose)
         item.began = asyncio.get_running_loop().time()
         return item.row.state is TaskState.RUNNING
 
@@ -154,12 +154,12 @@ class JobRunner:
         """Compute the remaining steps from the robot's position; raises `_Refused`."""
         item, shared = self._item, self._shared
         if item.record is None:
-            item.record = await JobRecord.new(await shared.foresight.expanded(item.row.body))
+            item.record = await JobRecord.new(await shared.computer.expanded(item.row.body))
             await asyncio.sleep(0)  # a long job takes the loop for milliseconds below
         record = item.record
         self._done = record.done
         tasks = [step.task for step in record.remaining]
-        outlook = await shared.foresight.walk(tasks, shared.robot.pose, record.answers)
+        outlook = await shared.computer.walk(tasks, shared.robot.pose, record.answers)
         preview = outlook.preview
         await record.previewed(preview, outlook.end)
         if preview.refusal is not None:
@@ -193,7 +193,7 @@ class JobRunner:
             begins = step.become(TaskState.RUNNING)
             return [*carried, *self._predicted(), self._shared.changes.step(self._item, step, begins, sure=False)]
 
-        await self._shared.ledger.write(propose)
+        await self._shared.transactions.write(propose)
 
     def _predicted(self) -> list[Transaction]:
         """Return the change that stores the check's prediction for the job, once."""
@@ -307,7 +307,7 @@ class JobRunner:
             return [self._shared.changes.step(self._item, step, replace(step.row, phase=phase), quiet=True)]
 
         with suppress(StorageFailed):
-            await self._shared.ledger.write(propose)
+            await self._shared.transactions.write(propose)
 
     async def _cancellable(self, work: Awaitable[None]) -> None:
         """Await work that a cancellation of the job may end."""
@@ -334,9 +334,9 @@ class JobRunner:
 
         item.concludes = True
         with suppress(StorageFailed):
-            await shared.ledger.write(goes_on)
+            await shared.transactions.write(goes_on)
         with suppress(StorageFailed):
-            await shared.ledger.write(propose)
+            await shared.transactions.write(propose)
 
 
 def _take_back() -> None:

@@ -70,14 +70,14 @@ class Scheduler:
     """
 
     def __init__(
-        self, shared: RunnerContext, items: QueueEntries, whole: ShieldedTasks, lease: ControlLease | None
+        self, shared: RunnerContext, items: QueueEntries, shielded: ShieldedTasks, lease: ControlLease | None
     ) -> None:
         self._shared = shared
-        self._ledger = shared.ledger
+        self._transactions = shared.transactions
         self._pausing = shared.pausing
         self._controller = shared.controller
         self._items = items
-        self._whole = whole
+        self._shielded = shielded
         self._lease = lease
         self._runner: asyncio.Task[None] | None = None
         self._steps_allowed = 0
@@ -86,8 +86,8 @@ class Scheduler:
         self._leaving: list[asyncio.Future[None]] = []
         self.running: QueueEntry | None = None
         self.halts = 0
-        shared.ledger.on_failure = lambda: shared.pausing.pause(PauseReason.STORAGE)
-        shared.ledger.on_success = self._on_storage
+        shared.transactions.on_failure = lambda: shared.pausing.pause(PauseReason.STORAGE)
+        shared.transactions.on_success = self._on_storage
         shared.controller.events.heard_by(self._hear)
         if lease is not None:
             lease.on_change.append(self._on_lease)
@@ -115,15 +115,15 @@ class Scheduler:
         self._pausing.pause(PauseReason.ASKED, by)
         if now and running is not None:
             await self._mark(running, TaskState.PAUSED)
-        await self._ledger.flush()
+        await self._transactions.flush()
 
     async def resume(self, by: str) -> None:
         """Resume the queue, and continue a held motion; raises `AnswerNeeded`, `StorageFailed`."""
         self._require_decided()
-        await self._whole.do(self._resumed(by, self.halts))
+        await self._shielded.do(self._resumed(by, self.halts))
 
     async def _resumed(self, by: str, halts: int) -> None:
-        await self._ledger.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else [])
+        await self._transactions.write(lambda: [self._pausing.resume(by)] if self._pausing.paused else [])
         if halts == self.halts:
             await self._let_motion_go_on()
             self.wake()
@@ -136,7 +136,7 @@ class Scheduler:
         Raises as `resume`, and `Busy` while a command drives past the queue.
         """
         self._require_decided()
-        await self._ledger.flush()
+        await self._transactions.flush()
         if not self._pausing.paused:
             self._pausing.pause(PauseReason.STEP, by)
         elif self.running is not None:
@@ -176,13 +176,13 @@ class Scheduler:
         if not self._needless():
             return
         try:
-            await self._ledger.write(lambda: [self._pausing.resume("")] if self._needless() else [])
+            await self._transactions.write(lambda: [self._pausing.resume("")] if self._needless() else [])
         except StorageFailed:
             return
 
     def _needless(self) -> bool:
         busy = self._closed or self.running is not None or self._items.anything_waits
-        return self._pausing.by_itself and not busy and not self._ledger.failing
+        return self._pausing.by_itself and not busy and not self._transactions.failing
 
     def end(self, item: QueueEntry, error: MayaError, *, brake: bool = True) -> None:
         """End the job under way; it is cancelled only once, because a second time would cut short its wait for rest."""
@@ -340,7 +340,7 @@ class Scheduler:
             wanted = item is self.running and item.row.state is before and not item.concludes
             return self._shared.changes.job(item, state) if wanted else []
 
-        await self._whole.do(self._ledger.write(propose))
+        await self._shielded.do(self._transactions.write(propose))
 
     async def _let_motion_go_on(self) -> None:
         held = self.running is not None and self.running.row.state is TaskState.PAUSED
@@ -354,7 +354,7 @@ class Scheduler:
     def _on_storage(self) -> None:
         """End a pause for storage that has become needless, because writing works again."""
         if not self._closed:
-            self._whole.begin(self.lift())
+            self._shielded.begin(self.lift())
 
     def _on_lease(self, change: str) -> None:
         """Begin the jobs that the new holder permits.

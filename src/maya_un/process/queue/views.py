@@ -105,13 +105,13 @@ class Forecast:
         self,
         robot: Robot,
         items: QueueEntries,
-        foresight: JobComputer,
+        computer: JobComputer,
         under_way: Callable[[], QueueEntry | None],
         homing: HomingTime,
     ) -> None:
         self._robot = robot
         self._items = items
-        self._foresight = foresight
+        self._computer = computer
         self._under_way = under_way
         self._homing = homing
         self._known: dict[int, _Known] = {}
@@ -243,7 +243,7 @@ class Forecast:
             return known.course
         try:
             answers = {} if item.record is None else item.record.answers
-            course = await self._foresight.walk(await self._tasks(item), start, answers, whose=_WHOSE)
+            course = await self._computer.walk(await self._tasks(item), start, answers, whose=_WHOSE)
         except MayaError:
             return None
         if not self._stale:
@@ -253,7 +253,7 @@ class Forecast:
     async def _tasks(self, item: QueueEntry) -> list[Task]:
         if item.record is not None:
             return [step.task for step in item.record.remaining]
-        return list((await self._foresight.expanded(item.row.body, item.row.steps, whose=_WHOSE)).tasks)
+        return list((await self._computer.expanded(item.row.body, item.row.steps, whose=_WHOSE)).tasks)
 
 
 def _homings_left(item: QueueEntry) -> int:
@@ -274,32 +274,32 @@ class QueueViews:
         self,
         shared: RunnerContext,
         items: QueueEntries,
-        turns: Scheduler,
+        scheduler: Scheduler,
         recovering: JobRecoverer,
         *,
         speed: float,
     ) -> None:
         self._shared = shared
         self._items = items
-        self._turns = turns
+        self._scheduler = scheduler
         self._recovering = recovering
         self._speed = speed
         self.slices = Slices()
         homing = HomingTime(shared.robot.config, shared.controller.events)
-        self._forecast = Forecast(shared.robot, items, shared.foresight, lambda: turns.running, homing)
+        self._forecast = Forecast(shared.robot, items, shared.computer, lambda: scheduler.running, homing)
         shared.controller.events.heard_by(self._forecast.hear)
         items.on_change = self._forecast.renew
 
     @property
     def _journal(self) -> Journal:
-        return self._shared.ledger.journal
+        return self._shared.transactions.journal
 
     @property
     def mode(self) -> QueueMode:
         """The mode of the queue: running, pausing or paused."""
         if not self._shared.pausing.paused:
             return QueueMode.RUNNING
-        running = self._turns.running
+        running = self._scheduler.running
         return QueueMode.PAUSING if running is not None and not running.direct else QueueMode.PAUSED
 
     @property
@@ -334,13 +334,13 @@ class QueueViews:
 
     def first_lines(self) -> tuple[JobLine, ...]:
         """Return the lines of the job under way and of the first waiting jobs."""
-        etas, running = self._etas().at, self._turns.running
+        etas, running = self._etas().at, self._scheduler.running
         under_way = () if running is None else (self._line(running, etas),)
         return (*under_way, *self._waiting(etas))
 
     def view(self) -> QueueView:
         """Return the present view of the queue."""
-        row, running = self._shared.pausing.row, self._turns.running
+        row, running = self._shared.pausing.row, self._scheduler.running
         etas, estimated = self._etas()
         return QueueView(
             mode=self.mode,
@@ -359,7 +359,7 @@ class QueueViews:
     @property
     def question(self) -> OperatorQuestion | None:
         """The question of the job under way, or that of an interrupted step, which is asked again."""
-        running = self._turns.running
+        running = self._scheduler.running
         if running is not None and running.question is not None and not running.question.answered.done():
             asked = running.question
             return OperatorQuestion(running.number, running.row.name, asked.index, asked.question, asked.choices)
@@ -389,7 +389,7 @@ class QueueViews:
         row, steps = await self.found(number)
         expansion = None
         if item is None or item.record is None:
-            expansion = await self._shared.foresight.expanded(row.body, whose=REPORT)
+            expansion = await self._shared.computer.expanded(row.body, whose=REPORT)
         async with self.slices.turn:
             if item is not None and item.record is not None:
                 snapshot = JobSnapshot.of(self._line(item), item.record, version_of(item.row))
@@ -408,7 +408,7 @@ class QueueViews:
         await self._forecast.close()
 
     def _waiting(self, etas: Mapping[int, float]) -> tuple[JobLine, ...]:
-        running = self._turns.running
+        running = self._scheduler.running
         return tuple(self._line(item, etas) for item in self._items.waiting(SHOWN) if item is not running)
 
     def _etas(self) -> Etas:

@@ -185,7 +185,7 @@ class AccessControl:
         speed: float = 1.0,
         hasher: Hasher | None = None,
     ) -> AccessControl:
-        """Return access control with the users in `store`; `await entrance.register.open()` reads them.
+        """Return access control with the users in `store`; `await access.register.open()` reads them.
 
         `note` stores a row of the audit log. Without a store and a calendar, it is for a stack without shared access.
         """

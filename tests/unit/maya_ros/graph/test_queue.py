@@ -67,7 +67,7 @@ async def test_appended_job_runs_in_its_turn_for_the_graph() -> None:
         await queue.append([Home()], queue.stops)
         reports = [await layer.process.result(number) for number in (1, 2)]
         assert [report.state for report in reports] == [TaskState.DONE, TaskState.DONE]
-        assert [line.owner for line in layer.process.shown.lines()] == ["ros", "ros"]
+        assert [line.owner for line in layer.process.views.lines()] == ["ros", "ros"]
         assert controller.names()[-1] == "home"
 
 
@@ -77,7 +77,7 @@ async def test_job_that_was_sent_before_a_stop_waits() -> None:
         before = queue.stops
         controller.stops += 1
         await queue.append([Home()], before)
-        assert (layer.process.shown.mode, layer.process.running) == (QueueMode.PAUSED, None)
+        assert (layer.process.views.mode, layer.process.running) == (QueueMode.PAUSED, None)
         await layer.service.queue.resume()
         assert (await layer.process.result(1)).state is TaskState.DONE
 
@@ -99,7 +99,7 @@ async def test_the_end_of_everything_stops_and_empties() -> None:
 async def test_status_shows_whether_the_queue_runs() -> None:
     controller = FakeController()
     async with queue_server(controller) as (layer, queue):
-        await layer.process.turns.pause("ana", now=False)
+        await layer.process.scheduler.pause("ana", now=False)
         status = queue.status()
         assert status.level is DiagnosticLevel.WARN
         assert "paused" in status.message

@@ -30,14 +30,14 @@ WRONG = [
 async def sat_here(
     owner: CallerRegistry, header: str | None = None, *, stopping: bool = False, lease: str = ""
 ) -> Caller:
-    return await owner.entrance.callers.resolve(header, lease, "127.0.0.1", loopback=True, stopping=stopping)
+    return await owner.access.callers.resolve(header, lease, "127.0.0.1", loopback=True, stopping=stopping)
 
 
 async def refusal(
     owner: CallerRegistry, header: str | None, source: str = "10.0.0.9", *, stopping: bool = False
 ) -> MayaError:
     with pytest.raises(MayaError) as found:
-        await owner.entrance.callers.resolve(header, "", source, loopback=False, stopping=stopping)
+        await owner.access.callers.resolve(header, "", source, loopback=False, stopping=stopping)
     return found.value
 
 
@@ -84,7 +84,7 @@ async def test_token_identifies_the_caller() -> None:
     await owner.admin()
     made = await owner.people.add("sam", "student")
     for header in (f"Bearer {made.token}", f"bearer   {made.token} ", f"BEARER {made.token}"):
-        caller = await owner.entrance.callers.resolve(header, "L", "10.0.0.7", loopback=False)
+        caller = await owner.access.callers.resolve(header, "L", "10.0.0.7", loopback=False)
         assert caller == Caller("sam", Role.STUDENT, "10.0.0.7", "L", token=made.id)
 
 
@@ -92,8 +92,8 @@ async def test_a_token_of_an_earlier_run_is_found_by_its_hash() -> None:
     """Another `Callers` of the same register has never seen the token."""
     owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
-    other.entrance.register.users.update(owner.entrance.register.users)
-    other.entrance.register.tokens.update(owner.entrance.register.tokens)
+    other.access.register.users.update(owner.access.register.users)
+    other.access.register.tokens.update(owner.access.register.tokens)
     callers = await asyncio.gather(*(other.resolve(made.token) for _ in range(30)))
     assert {caller.name for caller in callers} == {"root"}
     nearly = made.token[:-1] + ("0" if made.token[-1] != "0" else "1")
@@ -116,11 +116,11 @@ async def test_revoked_or_expired_token_is_refused() -> None:
 async def test_a_token_that_is_revoked_while_it_is_looked_at_is_not_let_in() -> None:
     owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
-    other.entrance.register.users.update(owner.entrance.register.users)
-    other.entrance.register.tokens.update(owner.entrance.register.tokens)
+    other.access.register.users.update(owner.access.register.users)
+    other.access.register.tokens.update(owner.access.register.tokens)
     asked = asyncio.ensure_future(other.resolve(made.token))
     await turn()
-    del other.entrance.register.tokens[made.id]
+    del other.access.register.tokens[made.id]
     with pytest.raises(NotSignedIn):
         await asked
 
@@ -159,8 +159,8 @@ async def test_right_token_works_while_others_are_wrong() -> None:
     """Also with a token that was not seen in this run: somebody behind the same address must be able to say stop."""
     owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
-    other.entrance.register.users.update(owner.entrance.register.users)
-    other.entrance.register.tokens.update(owner.entrance.register.tokens)
+    other.access.register.users.update(owner.access.register.users)
+    other.access.register.tokens.update(owner.access.register.tokens)
     for _ in range(LIMIT + 1):
         await refusal(other, "Bearer nonsense", source="10.0.0.1")
     assert (await other.resolve(made.token, source="10.0.0.1")).name == "root"
@@ -172,9 +172,9 @@ async def test_invented_tokens_delay_no_right_token() -> None:
     """40 made-up tokens from as many addresses are being looked at when a true one comes."""
     owner, other = caller_registry(), caller_registry()
     made = await owner.people.add("root", "admin")
-    other.entrance.register.users.update(owner.entrance.register.users)
-    other.entrance.register.tokens.update(owner.entrance.register.tokens)
-    hasher, looked_at = other.entrance.hasher, list[str]()
+    other.access.register.users.update(owner.access.register.users)
+    other.access.register.tokens.update(owner.access.register.tokens)
+    hasher, looked_at = other.access.hasher, list[str]()
     matches = hasher._matches_now
 
     def counted(hashed: str, secret: str) -> bool:
