@@ -503,7 +503,7 @@ def move_job(
     )
 
 
-def repeat_job(job: int, from_step: int | None = None) -> Request[JobLine]:
+def repeat_job(job: int, from_step: int | None = None, *, key: str = "") -> Request[JobLine]:
     """Queue an ended job again as a new job.
 
     It begins at the step `from_step` (counted from 1), by default at the first step that was not done.
@@ -513,6 +513,7 @@ def repeat_job(job: int, from_step: int | None = None) -> Request[JobLine]:
         f"/v1/jobs/{job}/again",
         Answer("maya_un.schema.jobs", "JobLine"),
         body=changed({"from_step": (from_step, None)}),
+        key=key,
     )
 
 
@@ -986,9 +987,17 @@ def add_calibration_point(point: tuple[float, float, float]) -> Request[Calibrat
     )
 
 
-def remove_calibration_point(row: int) -> Request[CalibrationView]:
-    """Remove a measured point; the rows of the others stay."""
-    return Request("DELETE", f"/v1/calibration/points/{row}", Answer("maya_un.schema.calibration", "CalibrationView"))
+def remove_calibration_point(row: int, measured: Sequence[float] = ()) -> Request[CalibrationView]:
+    """Remove a measured point; the rows of the others stay.
+
+    Send `measured` of the point that you have read: if another point is in its row now, the error is 4004 NotFound.
+    """
+    return Request(
+        "DELETE",
+        f"/v1/calibration/points/{row}",
+        Answer("maya_un.schema.calibration", "CalibrationView"),
+        query=changed({"measured": (measured, ())}),
+    )
 
 
 def fit_calibration(hold: Sequence[str] | None = None) -> Request[CalibrationFit]:

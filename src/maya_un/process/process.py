@@ -65,7 +65,7 @@ class Process:
     """Runs jobs on a robot; the module's docstring lists what pauses the queue.
 
     `scheduler` runs one job after the other and can be paused, `views` reports the state, `journal` stores it. `parts`
-    are the parts as jobs tell them, `ahead` is the step after the running one. `recall` returns the taught places, when a
+    are the parts as jobs tell them, `ahead` is the step after the running one. `recall` returns the taught places, if a
     job names a place that it does not define. A given journal stores unfinished jobs for the next start; without one
     all jobs end with this process. Jobs begin only if the `lease` permits their owner. `dates` returns dates; without
     it dates are the loop's time. `speed` is the speed of the loop's clock. `staff` computes jobs; without it the

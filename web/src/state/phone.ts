@@ -1,4 +1,5 @@
 import type { Me, NewToken, TokenLine } from "../generated/api.ts";
+import { NotFound } from "../generated/codes.ts";
 import { Refusal } from "../stream/stream.ts";
 
 /** The beginning of the part of an address that signs a phone in: browsers send no server the part behind the #. */
@@ -42,13 +43,11 @@ export async function exchange(code: string, send: Send, keep: (token: string) =
   await revoked(() => send("DELETE", `/v1/tokens/${caller.token}`, "", own.token));
 }
 
-const NOT_FOUND = 4004;
-
 /** Waits for the revocation of a token. A token that is not there any more needs none: a phone has used a code up. */
 export async function revoked(revoke: () => Promise<unknown>): Promise<void> {
   try {
     await revoke();
   } catch (error) {
-    if (!(error instanceof Refusal && error.code === NOT_FOUND)) throw error;
+    if (!(error instanceof Refusal && error.code === NotFound)) throw error;
   }
 }
