@@ -82,7 +82,7 @@ class Watched:
         self.log = EventLog(lambda: asyncio.get_running_loop().time())
         self.latest = StateBroadcaster(REST)
         self.shown: dict[str, Any] = {"mode": "running"}
-        self.views = self.looks = 0
+        self.views = self.looks = self.stops = 0
         self.move: object = None
         self.name = "MAYA"
         self.running: int | None = None
