@@ -27,7 +27,7 @@ async def main(speed: float) -> None:
         await robot.run(Home())
         print("homed at", tuple(round(value, 3) for value in maya.controller.state.point or ()))
 
-        answer = service.reach(Point(0.41, 1.13, 2.20))
+        answer = await service.previews.reach(Point(0.41, 1.13, 2.20))
         print("reach:", answer.reachable, "-", answer.reason)
 
         preview = robot.preview(Pick(CUBE), robot.pose)

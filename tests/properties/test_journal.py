@@ -31,7 +31,7 @@ from maya_un.process.journal.protocol import (
     StepRow,
 )
 from maya_un.process.journal.sqlite import MemoryJournal, SqliteJournal
-from maya_un.schema.jobs import TaskState
+from maya_un.schema.jobs import PauseReason, TaskState
 from tests.campaign import Campaign
 from tests.journals import event_row, looked_up
 
@@ -77,7 +77,7 @@ steps = st.builds(
     phase=st.sampled_from(("", "down", "close")),
     end=st.none() | BODIES,
 )
-modes = st.builds(QueueRow, paused=st.booleans(), reason=TEXTS, by=TEXTS, since=TEXTS)
+modes = st.builds(QueueRow, paused=st.booleans(), reason=st.sampled_from(["", *PauseReason]), by=TEXTS, since=TEXTS)
 
 
 class Kept(RuleBasedStateMachine):

@@ -40,7 +40,10 @@ def by_direct(layers: LayerNodes) -> Awaitable[object]:
 
 
 def gate(layers: LayerNodes) -> Gate:
-    return Gate(cast("Service", layers.controller_node.rig.controller), ControlLease(layers.controller_node.rig.controller.events))
+    return Gate(
+        cast("Service", layers.controller_node.rig.controller),
+        ControlLease(layers.controller_node.rig.controller.events),
+    )
 
 
 def by_gate(layers: LayerNodes) -> Awaitable[object]:

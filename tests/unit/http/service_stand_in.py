@@ -38,6 +38,7 @@ class ServiceStandIn:
         self.asked: list[tuple[object, ...]] = []
         self.error: Exception | None = None
         self.hangs = False
+        self.stops = 0
         self.now = Now()
         self.history = self
         self.previews = self
