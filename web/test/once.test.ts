@@ -1,12 +1,14 @@
 import { beforeEach, expect, it } from "vitest";
-import { Keys } from "../src/api/once.ts";
+import { KEPT, Keys } from "../src/api/once.ts";
+import { KeyReused, RequestLate } from "../src/generated/codes.ts";
 import { Refusal, Unreachable } from "../src/stream/stream.ts";
 
 let keys: Keys;
 let sent: string[];
+let time = 0;
 
 beforeEach(() => {
-  keys = new Keys();
+  keys = new Keys(() => time);
   sent = [];
 });
 
@@ -26,8 +28,20 @@ it("keeps the key of a request until it is answered", async () => {
   expect(sent[3]).not.toBe(sent[0]);
 });
 
-it("takes a new key after a refusal", async () => {
-  await send("job 3 again", new Refusal(4002, "invalid"));
+it("keeps the key after a refusal, which may come before the service knows the key", async () => {
+  for (const end of [new Unreachable(), new Refusal(RequestLate, "late"), null]) await send("job 3 again", end);
+  expect(new Set(sent).size).toBe(1);
+});
+
+it("takes a new key if the service knows the key from another request", async () => {
+  await send("job 3 again", new Refusal(KeyReused, "used"));
+  await send("job 3 again");
+  expect(new Set(sent).size).toBe(2);
+});
+
+it("forgets a key after some minutes: the person then means another job", async () => {
+  await send("job 3 again", new Unreachable());
+  time += KEPT;
   await send("job 3 again");
   expect(new Set(sent).size).toBe(2);
 });

@@ -34,7 +34,7 @@ class TimedRobot(Protocol):
 class MotionTimer:
     """Checks and times motions of `robot` in the workers of `computing`; without workers, in the running loop.
 
-    Every client of the graph may have a few requests there at once. Each method raises the errors of the motion, and
+    Every user of the graph may have a few requests there at once. Each method raises the errors of the motion, and
     with workers `TooMuchAsked`, `TakesTooLong`, `TooLarge` and `WorkerFailed`.
     """
 

@@ -41,7 +41,7 @@ OnEnded = Callable[[str, str, str], None]
 
 
 class UserService:
-    """Manages the users of an `access`; `ended` is called when rights end."""
+    """Manages the users of `access`; `ended` is called when rights end."""
 
     def __init__(self, access: AccessControl, ended: OnEnded) -> None:
         self._register = access.register
@@ -256,7 +256,7 @@ def checked_name(name: str) -> str:
 
 
 class LeaseService:
-    """Reads and changes the lease of an `access`.
+    """Reads and changes the lease of `access`.
 
     `halt` stops held jogs: it is called whenever the driver changes.
     """

@@ -61,7 +61,7 @@ from maya_un.schema.robot import (
 )
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
-from maya_un.service.access.operations import LOCAL, RULES, STOPPING, Caller, Operation, require
+from maya_un.service.access.operations import LOCAL, MOVING, RULES, STOPPING, Caller, Operation, require
 from maya_un.service.calibration.service import CalibrationService
 from maya_un.service.computing import Computing
 from maya_un.service.configuring import ConfigService
@@ -541,6 +541,8 @@ class Gate:
             if operation not in STOPPING:
                 caller = self._current(caller)
             require(caller, operation)
+            if operation in MOVING:
+                work = self._unless_stopped(work)
             answer = await (self._driven(caller, work) if RULES[operation].drives else work(self._service))
             code = 0
             return answer
@@ -560,7 +562,7 @@ class Gate:
         if not shown and not caller.implicit:
             self._lease.require(shown, caller.name)
         with self._lease.driving(caller.name, caller.source, shown, direct=True) as drive:
-            task = asyncio.ensure_future(self._begun(work, self._service.stops))
+            task = asyncio.ensure_future(work(self._service))
             drive.carry(task)
             try:
                 return await run_to_rest(task)
@@ -569,8 +571,13 @@ class Gate:
                     raise
                 raise LeaseLost(reason=drive.lost) from None
 
-    async def _begun(self, work: Callable[[Service], Awaitable[T]], stops: int) -> T:
-        """Begin a request, unless the robot was stopped after it came: its task begins a turn of the loop later."""
-        if stops != self._service.stops:
-            raise Stopped
-        return await work(self._service)
+    def _unless_stopped(self, work: Callable[[Service], Awaitable[T]]) -> Callable[[Service], Awaitable[T]]:
+        """Return `work`, which raises `Stopped` if the robot is stopped before it begins, a turn of the loop later."""
+        stops = self._service.stops
+
+        async def begun(service: Service) -> T:
+            if stops != service.stops:
+                raise Stopped
+            return await work(service)
+
+        return begun

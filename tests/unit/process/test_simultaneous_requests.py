@@ -113,6 +113,23 @@ async def test_a_stop_pauses_the_queue_although_a_request_lets_a_job_begin(
         assert layer.controller.names() == ["home"]
 
 
+async def test_a_stop_ends_a_step_that_waits_for_a_slow_disk() -> None:
+    async with Machine().running() as layer:
+        await layer.process.scheduler.pause("ana", now=False)
+        await layer.process.submit(HOME)
+        layer.journal.slow = 0.5
+        slow = asyncio.create_task(layer.process.change(1, {"notes": "slow"}))
+        await elapse(0.1)
+        step = asyncio.create_task(layer.process.scheduler.step("ana"))
+        await elapse(0.1)
+        layer.process.scheduler.halt(Stopped())
+        with pytest.raises(Stopped):
+            await step
+        await slow
+        await elapse(LONG)
+        assert layer.controller.calls == []
+
+
 @pytest.mark.parametrize(("why", "paused"), [("expired", True), ("ana was removed", True), ("released", False)])
 async def test_lost_driver_prevents_further_starts(why: str, paused: bool) -> None:
     async with Machine().running() as layer:

@@ -111,7 +111,7 @@ class OperationServer:
             request = request_of(message["operation"], _parameters(message["arguments"]))
             await self._app.ready()
             by = await self._who()
-            if self._stops() != stops and message["operation"] not in STOPS:
+            if self._stops() != stops and request.method != "GET" and message["operation"] not in STOPS:
                 raise Stopped
             result = await self._app.ask(request, by)
         except MayaError as error:

@@ -100,6 +100,8 @@ class ProcessServer:
         self._refused = ""
         self._coming: asyncio.Queue[_Tasks] = asyncio.Queue()
         self._ends = 0
+        self._ending = 0
+        self._stops = 0  # number of stops with those of /stop_queue that are under way: they concern no later task
         self._ended_by = copy_context()
 
     @asynccontextmanager
@@ -120,18 +122,31 @@ class ProcessServer:
                     one.close()
 
     def _topics(self, graph: Graph, working: BackgroundTasks) -> list[GraphHandle]:
+        def stops() -> int:
+            return max(self._stops, self._layer.stops)
+
+        async def end_all() -> None:
+            try:
+                await self._layer.end_all()
+            finally:
+                self._ending -= 1
+                if not self._ending:
+                    self._stops = 0
+
         def send(message: Message) -> None:
-            self._coming.put_nowait(_Tasks(SEND_TASK, [message], copy_context(), self._layer.stops))
+            self._coming.put_nowait(_Tasks(SEND_TASK, [message], copy_context(), stops()))
 
         def start(message: Message) -> None:
-            self._coming.put_nowait(_Tasks(START_QUEUE, message["tasks"], copy_context(), self._layer.stops))
+            self._coming.put_nowait(_Tasks(START_QUEUE, message["tasks"], copy_context(), stops()))
 
         def stop(_: Message) -> None:
             self._ends += 1
+            self._ending += 1
+            self._stops = stops() + 1
             self._ended_by = copy_context()
             while not self._coming.empty():
                 self._coming.get_nowait()
-            working.begin(self._told(STOP_QUEUE, self._layer.end_all), STOP_QUEUE.name)
+            working.begin(self._told(STOP_QUEUE, end_all), STOP_QUEUE.name)
 
         rows = ((SEND_TASK, send), (START_QUEUE, start), (STOP_QUEUE, stop))
         return [graph.subscribe(row.name, row.type, heard, queue_size=row.queue_size) for row, heard in rows]
@@ -263,7 +278,7 @@ class GraphQueue:
         operation = Operation.SUBMIT if allowed(by.role, Operation.SUBMIT) else Operation.PROPOSE
 
         async def submit(service: Service) -> None:
-            await service.submit(job, by=by, stopped=self.stops != stops)
+            await service.submit(job, by=by, stopped=self.stops > stops)
 
         await self._call(by, operation, submit, job.name)
 

@@ -145,7 +145,7 @@ class Calibration:
         if 5 * len(self.outliers) <= len(self.inliers):
             return ""
         return phrase(
-            "{count} of {points} points are left out as outliers. This is no accident: look at how they were measured.",
+            "{count} of {points} points are left out as outliers. Too many for chance: check how they were measured.",
             count=len(self.outliers),
             points=len(self.inliers),
         )

@@ -178,7 +178,7 @@ class TransactionLog:
 
 
 class Changes:
-    """Makes transactions for the transactions; nothing changes before they are written."""
+    """Makes the transactions of changes; nothing changes before they are written."""
 
     def __init__(self, items: QueueEntries, events: EventLog) -> None:
         self._items = items

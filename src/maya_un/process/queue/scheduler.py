@@ -133,10 +133,13 @@ class Scheduler:
     async def step(self, by: str) -> None:
         """Do one step and pause again; if the queue runs, pause after the step under way.
 
-        Raises as `resume`, and `Busy` while a command drives past the queue.
+        Raises as `resume`, `Busy` while a command drives past the queue, and `Stopped` if a stop comes before the step.
         """
         self._require_decided()
+        halts = self.halts
         await self._transactions.flush()
+        if halts != self.halts:
+            raise Stopped
         if not self._pausing.paused:
             self._pausing.pause(PauseReason.STEP, by)
         elif self.running is not None:

@@ -164,6 +164,18 @@ RULES: dict[Operation, AccessRule] = {
 """The requirements of every operation. Stop and abort need neither a lease nor more than a valid token."""
 
 
+MOVING = frozenset(
+    {
+        Operation.COMMAND,
+        Operation.JOG,
+        Operation.RESUME,
+        Operation.STEP,
+        Operation.DATUM,
+        Operation.RESTART,
+    }
+)
+"""Operations that may begin a motion: a stop that comes after one of them, before it begins, ends it."""
+
 STOPPING = frozenset({Operation.STOP, Operation.ABORT})
 """Operations that need no token on this computer, even if users exist."""
 

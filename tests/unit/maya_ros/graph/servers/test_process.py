@@ -35,11 +35,13 @@ class Queue:
             raise self.error
         commands = " ".join(primitive.command for primitive in primitives)
         self.asked.append(commands)
-        if stops != self.stops:
+        if stops < self.stops:
             self.waiting.append(commands)
 
     async def end_all(self) -> None:
         self.asked.append("end")
+        await elapse(0.1)
+        self.stops += 1
 
     async def resume(self) -> None:
         if self.interrupted:
@@ -125,6 +127,18 @@ async def test_tasks_that_came_before_a_stop_wait_like_jobs() -> None:
         await elapse(5.0)
         assert process.queue.asked == ["home", "gripper", "pick", "place"]
         assert process.queue.waiting == ["gripper", "pick"]
+
+
+@pytest.mark.parametrize("stopped", [False, True])
+async def test_a_task_behind_stop_queue_waits_only_if_another_stop_follows(stopped: bool) -> None:
+    async with behind() as process:
+        process.stop.publish({})
+        process.send.publish({"command": "home"})
+        await elapse(0.5)
+        process.queue.stops += stopped
+        await elapse(5.0)
+        assert process.queue.asked == ["end", "home"]
+        assert process.queue.waiting == ["home"] * stopped
 
 
 @pytest.mark.parametrize(
