@@ -249,10 +249,10 @@ def test_constants_that_are_known_only_together_are_named() -> None:
     assert any("zero of b and zero of c are known well only together" in sentence for sentence in found.words)
 
 
-def test_many_outliers_are_called_no_accident() -> None:
+def test_many_outliers_are_called_too_many_for_chance() -> None:
     good = a_set(40)
     points = good.points.copy()
     points[::4] += np.array([0.2, -0.3, 0.1])
     found = calibrate(Observations(good.counts, points), NOW)
     assert len(found.outliers) == 10
-    assert any("no accident" in sentence for sentence in found.words)
+    assert any("for chance" in sentence for sentence in found.words)
