@@ -180,7 +180,7 @@ class JobSubmitter:
         self._items.add(item)
         self._changes.tell(row)
         if late:
-            with suppress(StorageFailed):  # the job is accepted, and and its row is written again
+            with suppress(StorageFailed):  # the job is accepted, and its row is written again
                 await self._transactions.write(lambda: [self._changes.row(item, item.row)])
         await self.hold_where_failed(item)
         self._items.park(item)
