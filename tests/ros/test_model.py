@@ -153,9 +153,9 @@ def test_sliders_draw_the_joints_until_the_robot_publishes_them(ros: Ros, driver
     reached(driver, Joints(1.0, 1.7, 1.6))
     last = robot.messages[-1]
     drawn.until(lambda message: message["header"]["stamp"] == last["header"]["stamp"])
-    spoken = [stamp_of(message) for message in robot.messages]
-    since = [message for message in drawn.messages if spoken[begun - 1] <= stamp_of(message) <= spoken[-1]]
-    # Nothing but the robot's states is drawn: they have velocities, and those of the sliders have none. A busy machine
-    # skips messages here and there, since only the newest state counts.
-    assert since
+    spoken = {stamp_of(message) for message in robot.messages[begun - 1 :]}
+    drawn_states = [place for place, message in enumerate(drawn.messages) if stamp_of(message) in spoken]
+    # In the order of drawing, nothing lies between the robot's states: they have velocities, and those of the sliders
+    # have none. A busy machine skips messages here and there, since only the newest state counts.
+    since = drawn.messages[drawn_states[0] : drawn_states[-1] + 1]
     assert all(len(message["velocity"]) == len(NAMES) for message in since)

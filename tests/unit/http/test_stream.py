@@ -364,13 +364,25 @@ def test_wrong_token_is_refused_with_the_reason_and_closed(first: dict[str, Any]
 
 
 def test_silent_client_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(server, "INTRODUCTION", 0.05)
+    monkeypatch.setattr(session, "INTRODUCTION", 0.05)
 
     async def main() -> None:
         watched = Watched()
         await guarded(watched)
         async with streamed(watched) as url, connected(url) as client:
             assert client.got[0]["code"] == 4101
+
+    run(main())
+
+
+def test_time_that_the_service_needs_does_not_count_as_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(session, "INTRODUCTION", 0.0)  # over before anything is answered
+
+    async def main() -> None:
+        watched = Watched()
+        _, viewer = await guarded(watched)
+        async with streamed(watched) as url, connected(url, Authorization=f"Bearer {viewer}") as client:
+            assert client.got[0]["type"] == "hello"
 
     run(main())
 

@@ -11,7 +11,7 @@ from fastapi import FastAPI
 from starlette.websockets import WebSocket
 
 from dmc41x3.i18n import phrase
-from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
+from maya_un.errors import MayaError, TooManyRequests
 from maya_un.http.bridge import Bridge
 from maya_un.http.connections import Rights, is_local, source_of
 from maya_un.http.log import written_down
@@ -20,7 +20,6 @@ from maya_un.http.protocol import ConnectionSlots
 from maya_un.http.stream.hub import MOST_EVENTS, Batch, EventRing, StreamHub, StreamSource
 from maya_un.http.stream.messages import WIRE, StreamWire
 from maya_un.http.stream.session import StreamHandshake, StreamSession, refuse
-from maya_un.service.access.operations import Caller
 from maya_un.service.service import Service
 
 NEAR_CLIENTS = 256
@@ -29,9 +28,6 @@ NEAR_CLIENTS = 256
 FAR_CLIENTS = 128
 """Maximum number of stream readers at other addresses in all, signed in or not; one address has `CLIENTS_EACH` of them.
 """
-
-INTRODUCTION = 10.0
-"""Time limit for a client to sign in [s]."""
 
 
 def add_stream(app: FastAPI, bridge: Bridge, most_behind: int = MOST_EVENTS, *, readers: int = CLIENTS_EACH) -> None:
@@ -77,7 +73,7 @@ class StreamServer:
             raise TooManyRequests(limit=phrase("no more streams"), seconds=1, wait=1)
         self._wires.add(wire)
         try:
-            caller = await _introduced(handshake)
+            caller = await handshake.introduced()
             if caller is not None:
                 async with self._entered() as hub:
                     session = StreamSession(socket, wire, self._bridge, hub, handshake, caller)
@@ -138,16 +134,6 @@ class StreamServer:
         if self._hub is not None:
             self._hub.close()
             self._hub = None
-
-
-async def _introduced(handshake: StreamHandshake) -> Caller | None:
-    try:
-        async with asyncio.timeout(INTRODUCTION):
-            return await handshake.introduced()
-    except TimeoutError:
-        raise NotSignedIn(
-            reason=phrase("no `hello` with a token arrived within {seconds:g} s", seconds=INTRODUCTION)
-        ) from None
 
 
 class StreamedRobot(NamedTuple):

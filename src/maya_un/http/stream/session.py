@@ -49,6 +49,10 @@ async def received(socket: WebSocket) -> str | bytes | None:
     return message["bytes"] if text is None else text
 
 
+INTRODUCTION = 10.0
+"""Time limit for the first message of a client that must sign in [s]."""
+
+
 class StreamHandshake:
     """Identifies the client of `socket`; called again for every message, since a token may be revoked.
 
@@ -67,14 +71,27 @@ class StreamHandshake:
         return await self._bridge.caller(self._shown, "", source, loopback=local, stopping=False)
 
     async def introduced(self) -> Caller | None:
-        """Return the caller, identified by the request or the first message; None if the connection is over."""
+        """Return the caller, identified by the request or the first message; None if the connection is over.
+
+        Raises `NotSignedIn` too if the first message does not arrive in time. The time that the service needs to answer
+        is not limited: a busy service must not tell a client that it has to sign in.
+        """
         try:
             return await self.caller()
         except NotSignedIn:
             if self._shown is not None:
                 raise
-        text = await received(self._socket)
+        text = await self._first_message()
         return None if text is None else await self.meet(decoded(text))
+
+    async def _first_message(self) -> str | bytes | None:
+        try:
+            async with asyncio.timeout(INTRODUCTION):
+                return await received(self._socket)
+        except TimeoutError:
+            raise NotSignedIn(
+                reason=phrase("no `hello` with a token arrived within {seconds:g} s", seconds=INTRODUCTION)
+            ) from None
 
     async def meet(self, message: Mapping[str, Any]) -> Caller:
         """Return the caller of a `hello`, by its token if it has one; raises as `introduced` does."""
