@@ -17,8 +17,8 @@ from typing import Any, cast, get_args
 from generated_files import update
 from pydantic import TypeAdapter
 
-from dmc41x3.i18n import LANGUAGES, translations
-from maya_un.controller.protocol import HOMING_PHASES
+from dmc41x3.i18n import LANGUAGES, translate
+from maya_un import vocabulary as words
 from maya_un.errors import by_code, requests
 from maya_un.events import DECLARED
 from maya_un.http.app import create_app
@@ -28,7 +28,6 @@ from maya_un.http.stream.topics import TOPICS
 from maya_un.kinematics.limits import NAMES
 from maya_un.process.spec.job import SKILLS
 from maya_un.process.spec.statements import STATEMENTS
-from maya_un.recorder.recorder import REASONS
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import JointTarget, Nothing, Primitive, Switch, Target
 from maya_un.schema.people import RoleName
@@ -43,8 +42,6 @@ REFERENCE = "#/components/schemas/"
 VOCABULARIES: dict[str, tuple[str, Iterable[str]]] = {
     "Action": ("The actions of `Permissions`.", ACTIONS),
     "AuditedOperation": ("The operations of the audit log.", (*Operation, SIGN_IN)),
-    "HomingPhase": ("The phases of a homing, in their order.", HOMING_PHASES),
-    "RecordingReason": ("The reasons for which a recording is saved.", REASONS),
     "RoleName": ("The roles of users, each with the rights of those before it.", get_args(RoleName)),
 }
 """Closed vocabularies that no message names, by the names of their types: their meaning and their words."""
@@ -83,6 +80,7 @@ def written() -> dict[str, str]:
         "limits.ts": limits(),
         "primitives.ts": primitives(),
         "events.json": events(),
+        "vocabulary.ts": vocabulary(),
     }
 
 
@@ -131,10 +129,37 @@ def codes() -> str:
 
 def limits() -> str:
     """Return the names of the limits of the workspace in every language."""
-    lines = (
-        f"  {name}: {json.dumps([*translations(text).values()], ensure_ascii=False)},\n" for name, text in NAMES.items()
+    return NOTE + _texts("LIMITS", NAMES)
+
+
+def vocabulary() -> str:
+    """Return the texts of the words that events and reports contain, and those of each detail of an event."""
+    tables = {name: table for name, table in vars(words).items() if name.isupper() and isinstance(table, dict)}
+    names = {id(table): name for name, table in tables.items()}
+    details = "".join(
+        f"  {word}: {{ {', '.join(f'{detail}: {names[id(table)]}' for detail, table in declared.words.items())} }},\n"
+        for word, declared in DECLARED.items()
+        if declared.words
     )
-    return f"{NOTE}export const LIMITS = {{\n{''.join(lines)}}} as const;\n"
+    return (
+        NOTE
+        + "\n".join(_texts(name, cast("dict[str, str]", table), words.WORD) for name, table in tables.items())
+        + "\n/** The tables of details, by the words of events. */\n"
+        + f"export const DETAILS = {{\n{details}}} as const;\n"
+    )
+
+
+def _texts(constant: str, table: Mapping[str, str], context: str = "") -> str:
+    """Return a constant that has each text of a table in every language."""
+    lines = "".join(
+        f"  {_key(name)}: {json.dumps([translate(text, one, context) for one in LANGUAGES], ensure_ascii=False)},\n"
+        for name, text in table.items()
+    )
+    return f"export const {constant} = {{\n{lines}}} as const;\n"
+
+
+def _key(name: str) -> str:
+    return name if name.isidentifier() else json.dumps(name)
 
 
 def primitives() -> str:

@@ -20,6 +20,16 @@ from typing import Any, ClassVar, TypeVar, cast
 
 from dmc41x3.i18n import translate
 from maya_un.errors import EventsForgotten, translated
+from maya_un.vocabulary import (
+    LEASE_CHANGES,
+    LEVELS,
+    PHASES,
+    RECORDING_REASONS,
+    STATES,
+    STORAGE_STATES,
+    Vocabulary,
+    worded,
+)
 
 KEPT = 20_000
 """Number of the newest events in memory; up to an eighth more may be present."""
@@ -33,14 +43,16 @@ class Event:
     """One fact. `seq` counts from 1 without gaps; `time` is the event loop's [s]; `code` is 0 or an error's.
 
     A subclass with a `word` declares an event; one with fields is a frozen dataclass. The fields are the details of the
-    event. Details that are None are left out of JSON. `en` is a sentence over the fields. A field `message` is the
-    sentence of an error. `more` holds undeclared details that another program sent.
+    event. Details that are None are left out of JSON. `en` is a sentence over the fields; for a field in `words` it
+    shows the text of the word. A field `message` is the sentence of an error. `more` holds undeclared details that
+    another program sent.
     """
 
     word: ClassVar[str] = ""
     en: ClassVar[str] = ""
     narrated: ClassVar[bool] = False
     level: ClassVar[int] = logging.INFO
+    words: ClassVar[Mapping[str, Vocabulary]] = {}
 
     seq: int = 0
     time: float = 0.0
@@ -48,11 +60,20 @@ class Event:
     more: Mapping[str, object] = field(default_factory=dict[str, object])
 
     def __init_subclass__(
-        cls, *, word: str = "", en: str = "", narrated: bool = False, level: int = logging.INFO
+        cls,
+        *,
+        word: str = "",
+        en: str = "",
+        narrated: bool = False,
+        level: int = logging.INFO,
+        words: Mapping[str, Vocabulary] | None = None,
     ) -> None:
-        """Declare an event: its word, its sentence, whether the command line narrates it, and its level in the log."""
+        """Declare an event: its word, its sentence, whether the command line narrates it, and its level in the log.
+
+        `words` are the vocabularies of its fields.
+        """
         if word:
-            cls.word, cls.en, cls.narrated, cls.level = word, en, narrated, level
+            cls.word, cls.en, cls.narrated, cls.level, cls.words = word, en, narrated, level, words or {}
             DECLARED[word] = cls
 
     @property
@@ -76,7 +97,7 @@ class Event:
         if not self.en:
             return str(self)
         try:
-            return self.template(language).format_map(self.detail)
+            return self.template(language).format_map({**self.detail, **self._worded(language)})
         except (LookupError, ValueError, TypeError, AttributeError):  # a newer program has other details
             return str(self)
 
@@ -95,6 +116,14 @@ class Event:
         shown = {name for _, name, _, _ in Formatter().parse(self.en)} | {"message"}
         rest = " ".join(f"{key}={value}" for key, value in self.detail.items() if key not in shown)
         return "  ".join(part for part in (said.strip(), rest, self._message(language)) if part)
+
+    def _worded(self, language: str) -> dict[str, str]:
+        """Return the texts of the details that are words."""
+        return {
+            name: worded(vocabulary, word, language)
+            for name, vocabulary in self.words.items()
+            if isinstance(word := self.detail.get(name), str)
+        }
 
     def _message(self, language: str) -> str:
         return translated(self.code, str(self.detail.get("message", "")), language)
@@ -274,7 +303,7 @@ class FaultCleared(ControllerEvent, word="recovered", en="recovered", narrated=T
 
 
 @dataclass(frozen=True)
-class PhaseBegun(Event, word="phase", en="{name}", narrated=True, level=logging.DEBUG):
+class PhaseBegun(Event, word="phase", en="{name}", narrated=True, level=logging.DEBUG, words={"name": PHASES}):
     """A phase begins, `name`, of a homing or of the primitive `primitive`; None for a homing."""
 
     name: str
@@ -282,7 +311,7 @@ class PhaseBegun(Event, word="phase", en="{name}", narrated=True, level=logging.
 
 
 @dataclass(frozen=True)
-class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}"):
+class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}", words={"state": STATES}):
     """A job enters a state. `job` is its number, `name` its name, `owner` the user who owns it."""
 
     job: int
@@ -292,7 +321,7 @@ class JobAdvanced(Event, word="job", en="job {job}, {name}: {state}"):
 
 
 @dataclass(frozen=True)
-class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated=True):
+class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated=True, words={"state": STATES}):
     """A step of job number `job` enters a state. `index` counts from 1; `step` is its label, such as `pick cube`.
 
     `attempt` is the number of the attempt that follows a failed one, from 2; None for the first.
@@ -310,7 +339,9 @@ class StepAdvanced(Event, word="step", en="{index:>4} {step}: {state}", narrated
 
 
 @dataclass(frozen=True)
-class InputAwaited(Event, word="input_wait", en="waiting until input {input} is {state}", narrated=True):
+class InputAwaited(
+    Event, word="input_wait", en="waiting until input {input} is {state}", narrated=True, words={"state": LEVELS}
+):
     """Step `index` of job number `job` waits until the digital `input` (1 to 8) is in `state`, on or off."""
 
     job: int
@@ -339,7 +370,7 @@ class QuestionAnswered(Event, word="answer", en="answer: {answer}", narrated=Tru
 
 
 @dataclass(frozen=True)
-class QueueChanged(Event, word="queue", en="queue {state}"):
+class QueueChanged(Event, word="queue", en="queue {state}", words={"state": STATES}):
     """The queue starts jobs again (`state` running) or starts none (paused), for `reason`, by the user `by`."""
 
     state: str
@@ -348,7 +379,7 @@ class QueueChanged(Event, word="queue", en="queue {state}"):
 
 
 @dataclass(frozen=True)
-class LeaseChanged(Event, word="lease", en="lease {change}"):
+class LeaseChanged(Event, word="lease", en="lease {change}", words={"change": LEASE_CHANGES}):
     """The control lease changed: `change` names how (taken, released, expired …).
 
     `holder` has it now, "" without a holder. `source` is the origin of the holder's requests. `implicit`: a command
@@ -366,7 +397,9 @@ class LeaseChanged(Event, word="lease", en="lease {change}"):
 
 
 @dataclass(frozen=True)
-class StorageChanged(Event, word="storage", en="storage of the queue: {state}", level=logging.ERROR):
+class StorageChanged(
+    Event, word="storage", en="storage of the queue: {state}", level=logging.ERROR, words={"state": STORAGE_STATES}
+):
     """The journal cannot be written (`state` failing, with the `reason`), or can be written again (working)."""
 
     state: str
@@ -374,7 +407,7 @@ class StorageChanged(Event, word="storage", en="storage of the queue: {state}", 
 
 
 @dataclass(frozen=True)
-class RecordingSaved(Event, word="recording", en="recording ({reason})"):
+class RecordingSaved(Event, word="recording", en="recording ({reason})", words={"reason": RECORDING_REASONS}):
     """A recording was saved because of `reason`: its `name` and size (`bytes`).
 
     If it failed, `message` is the reason.

@@ -10,6 +10,7 @@ from dmc41x3.i18n import translate
 from maya_un.cli import output
 from maya_un.cli.settings import OutputSettings
 from maya_un.events import Event, PhaseBegun, StepAdvanced
+from maya_un.vocabulary import PHASES, worded
 
 if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
@@ -80,6 +81,7 @@ class ProgressBars(DrawnDisplay):
     def __init__(self, language: str) -> None:
         from rich.progress import BarColumn, Progress, TextColumn
 
+        self._language = language
         self._left = "{:>6.1f} s " + translate("left", language)
         clock = TextColumn("{task.fields[clock]}")
         self._progress = Progress(
@@ -98,7 +100,7 @@ class ProgressBars(DrawnDisplay):
 
     def motion(self, phase: str, elapsed: float, duration: float) -> None:
         """Set the bar; for an unknown duration (0, in a homing), show a pulsing bar with the elapsed time."""
-        description = self.phase or phase
+        description = worded(PHASES, self.phase or phase, self._language)
         if duration > 0.0:
             done = min(elapsed, duration)
             left = self._left.format(duration - done)

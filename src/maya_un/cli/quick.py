@@ -15,6 +15,7 @@ from maya_un.cli.units import units_of
 from maya_un.cli.words import mode_word
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine, MayaError, ServiceNotRunning, translated
+from maya_un.vocabulary import PHASES, worded
 
 STOP_BUDGET = 0.1
 """Longest wait for the service's answer to a stop [s]; then the controller is stopped directly."""
@@ -163,7 +164,7 @@ def _progress(progress: dict[str, Any], language: str) -> str:
         if progress["duration"] > 0.0
         else "{phase}: since {elapsed:.1f} s",
         language,
-        **progress,
+        **{**progress, "phase": worded(PHASES, progress["phase"], language)},
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli.units import MILLIMETRES, OutputUnits
-from maya_un.cli.words import state_word
+from maya_un.vocabulary import STATES, worded
 
 STEP_KEYS = (
     "index", "step", "state", "code", "message", "predicted", "duration", "end_counts", "end_point", "phase"
@@ -65,7 +65,7 @@ def _headline(data: Mapping[str, Any], language: str, units: OutputUnits) -> str
         "{name}: {state} in {duration:.1f} s",
         language,
         name=data["job"],
-        state=state_word(data["state"], language),
+        state=worded(STATES, data["state"], language),
         duration=data["duration"] or 0.0,
     )
     if data["lowest"] is None:
@@ -86,7 +86,7 @@ def _steps(steps: Iterable[Mapping[str, Any]], language: str) -> str:
 
 
 def _step_row(step: Mapping[str, Any], language: str) -> tuple[str, ...]:
-    state = state_word(step["state"], language)
+    state = worded(STATES, step["state"], language)
     result = f"{state} ({step['code']})" if step["code"] else state
     if step["state"] == "done" and step["step"].partition(" ")[0] in _CHOOSING:
         result = f"{result}: {step['phase']}"

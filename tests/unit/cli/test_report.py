@@ -99,10 +99,10 @@ def test_columns_line_up() -> None:
 @pytest.mark.parametrize(
     ("event", "english", "spanish"),
     [
-        (StepAdvanced(1, 3, "home", "done"), "   3 home: done", "   3 home: done"),
-        (StepAdvanced(1, 3, "home", "failed", code=2101), "   3 home: failed (2101)", "   3 home: failed (2101)"),
+        (StepAdvanced(1, 3, "home", "done"), "   3 home: done", "   3 home: hecho"),
+        (StepAdvanced(1, 3, "home", "failed", code=2101), "   3 home: failed (2101)", "   3 home: fallido (2101)"),
         (StepAdvanced(1, 3, "home", "queued"), None, None),
-        (PhaseBegun("down"), "       down", "       down"),
+        (PhaseBegun("down"), "       go down", "       bajar"),
         (FaultEntered("Stuck.", code=2302), "       fault (2302) Stuck.", "       fallo (2302) Stuck."),
         (GripperOpened(), "       gripper open", "       pinza abierta"),
         (MotionBegun("x"), None, None),

@@ -1,9 +1,9 @@
 import { computed, ref, watch } from "vue";
+import { STATES } from "../generated/vocabulary.ts";
 import { fixed } from "../look/units.ts";
 import { forBrowser } from "../state/kept.ts";
 import { events } from "../state/robot.ts";
 import { running, share } from "../state/running.ts";
-import { STATES } from "../words/common.ts";
 import { t } from "../words/index.ts";
 
 /** Shows the running job to a person who looks elsewhere: its progress in the title of the page, and a notification of its end. */

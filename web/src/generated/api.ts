@@ -1285,11 +1285,5 @@ export type Action = "stop" | "home" | "move" | "gripper" | "jog" | "speed" | "p
 /** The operations of the audit log. */
 export type AuditedOperation = "read" | "preview" | "stop" | "propose" | "submit" | "change job" | "cancel" | "approve" | "pause" | "abort" | "command" | "jog" | "resume" | "speed" | "recover" | "datum" | "step" | "graph" | "restart" | "clear" | "zones" | "teach" | "lease" | "renew" | "drive" | "break" | "record" | "configure" | "backup" | "audit" | "diagnose" | "inject" | "calibrate" | "terminal" | "users" | "me" | "sign in";
 
-/** The phases of a homing, in their order. */
-export type HomingPhase = "raise" | "datum_a" | "datum_c" | "datum_b" | "stroke_c" | "stroke_b" | "pose";
-
-/** The reasons for which a recording is saved. */
-export type RecordingReason = "asked" | "disconnected" | "limit" | "fault" | "estop" | "crash";
-
 /** The roles of users, each with the rights of those before it. */
 export type RoleName = "viewer" | "student" | "operator" | "admin";

@@ -86,18 +86,6 @@ export const MODES: Record<Mode, Words> = {
   fault: ["Fault", "Fallo"],
 };
 
-export const STATES: Record<TaskState, Words> = {
-  queued: ["waiting", "en espera"],
-  held: ["held", "retenido"],
-  running: ["running", "en curso"],
-  paused: ["paused", "en pausa"],
-  interrupted: ["interrupted", "interrumpido"],
-  done: ["done", "hecho"],
-  failed: ["failed", "fallido"],
-  cancelled: ["cancelled", "cancelado"],
-  skipped: ["skipped", "omitido"],
-};
-
 /** The colour of a state: the class of its pill. */
 export const STATE_LOOK: Record<TaskState, "" | "ok" | "warn" | "bad" | "busy"> = {
   queued: "",

@@ -38,6 +38,12 @@ export function t(text: Words, values: Record<string, string | number> = {}): st
   return sentence.replace(/\{(\w+)\}/g, (whole, key: string) => (key in values ? String(values[key]) : whole));
 }
 
+/** Returns the text of a word; one that its table lacks, for example of a newer service, unchanged. */
+export function wordText(table: Readonly<Record<string, Words>>, word: string): string {
+  const known = Object.hasOwn(table, word) ? table[word] : undefined;
+  return known === undefined ? word : t(known);
+}
+
 /** Returns a sentence with its values in place of `{name}`; `{name:.0%}` is a share in percent, other forms are left out. */
 export function filledIn(template: string, values: Record<string, unknown>): string {
   return template.replace(/\{(\w+)(?::([^}]*))?\}/g, (whole, name: string, form: string | undefined) => {

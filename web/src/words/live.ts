@@ -1,5 +1,4 @@
-import type { HomingPhase } from "../generated/api.ts";
-import { t, words, type Words } from "./index.ts";
+import { words } from "./index.ts";
 
 export const LIVE = words({
   view: ["3D view of the robot", "Vista 3D del robot"],
@@ -81,31 +80,3 @@ export const LIVE = words({
   useNearest: ["Use it", "Usarlo"],
   reachable: ["The robot reaches this point.", "El robot alcanza este punto."],
 });
-
-const HOMING_PHASES: Record<HomingPhase, Words> = {
-  raise: ["raise the gripper", "subir la pinza"],
-  datum_a: ["find the switch of axis a", "buscar el interruptor del eje a"],
-  datum_b: ["find the switch of line b", "buscar el interruptor del cable b"],
-  datum_c: ["find the switch of line c", "buscar el interruptor del cable c"],
-  stroke_b: ["measure line b", "medir el cable b"],
-  stroke_c: ["measure line c", "medir el cable c"],
-  pose: ["drive to the rest pose", "ir a la pose de reposo"],
-};
-
-/** The phases of a homing, and of the primitives. */
-export const PHASES: Record<string, Words> = { ...HOMING_PHASES,
-  home: ["home", "referenciar"],
-  open: ["open the gripper", "abrir la pinza"],
-  close: ["close the gripper", "cerrar la pinza"],
-  approach: ["approach the place", "acercarse al lugar"],
-  down: ["go down", "bajar"],
-  up: ["go up", "subir"],
-  line: ["along a line", "por una línea"],
-  move: ["move", "mover"],
-};
-
-/** Returns the name of a phase; one that is not known here unchanged. */
-export function phaseText(phase: string): string {
-  const known = PHASES[phase];
-  return known === undefined ? phase : t(known);
-}

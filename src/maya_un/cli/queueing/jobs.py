@@ -22,11 +22,11 @@ from maya_un.cli.report import as_data, as_text
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
 from maya_un.cli.waiting import PATIENCE, follow, reason
-from maya_un.cli.words import state_word
 from maya_un.client import requests
 from maya_un.errors import FileUnwritable, InvalidCommandLine, InvalidValue, MayaError, WrongState
 from maya_un.process.spec.documents import located
 from maya_un.process.spec.job import load_job
+from maya_un.vocabulary import STATES, worded
 
 _CHANGEABLE = {"queued", "held", "paused", "interrupted"}
 
@@ -268,5 +268,5 @@ def _line(line: Mapping[str, Any], settings: OutputSettings) -> int:
 
 
 def _became(line: Mapping[str, Any], language: str) -> str:
-    state = state_word(line["state"], language)
+    state = worded(STATES, line["state"], language)
     return translate("Job {id}, {name}: {state}.", language, id=line["id"], name=line["name"], state=state)

@@ -11,8 +11,8 @@ from dmc41x3.i18n import marked, translate, translate_phrase
 from maya_un.cli import report
 from maya_un.cli.units import MILLIMETRES, OutputUnits
 from maya_un.cli.waiting import answers, because
-from maya_un.cli.words import state_word
 from maya_un.errors import translated
+from maya_un.vocabulary import PHASES, STATES, worded
 
 
 def clock_text(date: str) -> str:
@@ -91,7 +91,8 @@ def _closing(view: Mapping[str, Any], status: Mapping[str, Any], shown: int, lan
     progress = status["progress"]
     if progress is not None and progress["duration"] > 0.0:
         percent = 100.0 * min(1.0, progress["elapsed"] / progress["duration"])
-        yield translate("under way: {phase}, {percent:.0f} %", language, phase=progress["phase"], percent=percent)
+        phase = worded(PHASES, progress["phase"], language)
+        yield translate("under way: {phase}, {percent:.0f} %", language, phase=phase, percent=percent)
     more = sum(view["counts"].values()) - shown
     if more > 0:
         yield translate("{count} more are waiting.", language, count=more)
@@ -248,7 +249,7 @@ def ended(jobs: Sequence[Line], language: str) -> str:
 
 def state(job: Line, language: str) -> str:
     """Return the state of a job, with its code if it has one."""
-    text = state_word(job["state"], language)
+    text = worded(STATES, job["state"], language)
     if job["proposal"] and job["state"] == "held":
         text = translate("{state}, proposal", language, state=text)
     return f"{text} ({job['code']})" if job["code"] else text
@@ -275,7 +276,8 @@ _CHOICES = {
 
 def recovery(offer: Mapping[str, Any], language: str, units: OutputUnits = MILLIMETRES) -> str:
     """Return a text about an interrupted job: the interruption, the robot's position, and the choices."""
-    about = {**offer, "phase": offer["phase"] or translate("begun", language), "since": clock_text(offer["since"])}
+    phase = worded(PHASES, offer["phase"], language) if offer["phase"] else translate("begun", language)
+    about = {**offer, "phase": phase, "since": clock_text(offer["since"])}
     head = translate(
         "Job {job}, {name}, was interrupted in step {index}, {step} ({phase}). This was detected at {since}."
         if offer["index"]

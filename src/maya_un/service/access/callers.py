@@ -19,6 +19,7 @@ from ipaddress import IPv6Address, ip_address
 from math import ceil
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
+from dmc41x3.i18n import phrase
 from maya_un.errors import MayaError, NotSignedIn, TooManyRequests
 from maya_un.service.access.operations import BYSTANDER, LOCAL, Caller, Operation, allowed
 from maya_un.service.access.users import Calendar, OnChange, Token, User, UserRegistry
@@ -311,7 +312,7 @@ class Callers:
         right = await self._hasher.matches("" if user is None else user.password, password)
         still = self._register.users.get(name)
         if not right or still is None or user is None or still.password != user.password:
-            await self._fail("" if user is None else name, source)
+            await self._fail("" if user is None else name, source, phrase("its name or its password is wrong"))
         self._attempts.succeeded(source)
         return still
 
@@ -340,7 +341,9 @@ class Callers:
         self._attempts.begin(counted, self._now())
         found = await self._compared(shown, meant)
         if found is None or shown is None:
-            return await self._fail("" if meant is None else meant.user, source)
+            return await self._fail(
+                "" if meant is None else meant.user, source, phrase("its token is wrong, expired or revoked")
+            )
         self._attempts.succeeded(counted)
         self._keep(shown, found)
         return found
@@ -354,10 +357,10 @@ class Callers:
         right = await self._hasher.matches("" if meant is None else meant.secret, secret, ahead=meant is not None)
         return self._valid(meant) if right and meant is not None else None
 
-    async def _fail(self, name: str, source: str) -> NoReturn:
+    async def _fail(self, name: str, source: str, reason: str) -> NoReturn:
         self._refused(name, source)
         await asyncio.sleep(FAILURE_COSTS * self._scale)
-        raise NotSignedIn(reason="its token is wrong, expired or revoked")
+        raise NotSignedIn(reason=reason)
 
     def _recalled(self, text: str) -> Token | None:
         """Return the token of a text that was verified before, None if it was not, or is no longer valid."""

@@ -44,7 +44,7 @@ def test_running_job_comes_first_with_its_end_by_the_clock(serve: Serve, capsys:
     assert shown[2][:7] == ["6", "one", "running", "2/5", "13.0", "s", shown[2][6]]
     assert shown[3][:7] == ["7", "two", "cubes", "queued", "0/5", "6:40", "min"]
     assert shown[3][-5:] == ["5", "ana", "please", "after", "6"]
-    assert shown[4:] == [["under", "way:", "down,", "25", "%"], ["2", "more", "are", "waiting."]]
+    assert shown[4:] == [["under", "way:", "go", "down,", "25", "%"], ["2", "more", "are", "waiting."]]
 
 
 def test_paused_queue_shows_the_reason_and_the_way_to_resume(serve: Serve, capsys: pytest.CaptureFixture[str]) -> None:
@@ -137,7 +137,7 @@ def test_interrupted_job_shows_the_machine_state_and_the_choices(
 ) -> None:
     serve(**{"/v1/queue": {**VIEW, "mode": "paused", "reason": "restart", "recovery": OFFER}})
     said = printed(["queue"], capsys)
-    assert "Job 7, two cubes, was interrupted in step 3, pick left (close)" in said
+    assert "Job 7, two cubes, was interrupted in step 3, pick left (close the gripper)" in said
     assert "x 500.0 mm  y 1100.0 mm  z 400.0 mm" in said
     assert "Only a person can see whether it holds a part" in said
     assert "redo    do the interrupted step again, then the rest (with --holding yes|no)" in said

@@ -1,10 +1,8 @@
 import type { EventMessage } from "../../generated/api.ts";
 import declared from "../../generated/events.json";
+import { DETAILS } from "../../generated/vocabulary.ts";
 import { translated } from "../../state/translations.ts";
-import { STATES } from "../../words/common.ts";
-import { DETAILS, REASONS } from "../../words/events.ts";
-import { filledIn, language, t, type Words } from "../../words/index.ts";
-import { PHASES } from "../../words/live.ts";
+import { filledIn, language, type Words, wordText } from "../../words/index.ts";
 
 interface Declared {
   words: readonly string[];
@@ -14,16 +12,13 @@ interface Declared {
 
 const EVENTS: Record<string, Declared | undefined> = declared;
 
+/** The texts of the words in details, by the word of the event and the name of the detail. */
+const WORDS: Record<string, Record<string, Readonly<Record<string, Words>>> | undefined> = DETAILS;
+
+/** Returns a detail as text: a word of a vocabulary in the language of the page, anything else unchanged. */
 function detailText(kind: string, name: string, value: unknown): unknown {
-  if (typeof value !== "string") return value;
-  const tables: Record<string, Record<string, Words | undefined>> = {
-    state: { ...DETAILS, ...STATES },
-    change: DETAILS,
-    reason: kind === "recording" ? REASONS : {},
-    name: kind === "phase" ? PHASES : {},
-  };
-  const known = tables[name]?.[value];
-  return known === undefined ? value : t(known);
+  const table = WORDS[kind]?.[name];
+  return table === undefined || typeof value !== "string" ? value : wordText(table, value);
 }
 
 /** Returns what happened as a sentence, with the message of its error. */

@@ -1,0 +1,49 @@
+"""Every word that events and reports may contain has a text."""
+
+from __future__ import annotations
+
+import pytest
+
+from dmc41x3.i18n import LANGUAGES, translate
+from maya_un import vocabulary
+from maya_un.controller.protocol import HOMING_PHASES
+from maya_un.events import DECLARED, PhaseBegun, RecordingSaved, StepAdvanced
+from maya_un.recorder.recorder import REASONS
+from maya_un.schema.jobs import TaskState
+from maya_un.vocabulary import PHASES, RECORDING_REASONS, STATES, WORD, worded
+
+TABLES = {name: table for name, table in vars(vocabulary).items() if name.isupper() and isinstance(table, dict)}
+
+
+@pytest.mark.parametrize(
+    ("table", "words"), [(STATES, [*TaskState]), (RECORDING_REASONS, REASONS)], ids=["states", "reasons"]
+)
+def test_a_closed_vocabulary_has_every_word(table: dict[str, str], words: list[str]) -> None:
+    assert sorted(table) == sorted(words)
+
+
+def test_every_phase_of_a_homing_has_a_text() -> None:
+    assert set(HOMING_PHASES) <= set(PHASES)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_every_text_is_translated_and_differs_from_its_neighbours(name: str) -> None:
+    for language in LANGUAGES:
+        texts = [translate(text, language, WORD) for text in TABLES[name].values()]
+        assert len(set(texts)) == len(texts)
+    assert all(translate(text, "es", WORD) != text for text in TABLES[name].values())
+
+
+def test_a_sentence_has_the_texts_of_its_words() -> None:
+    assert PhaseBegun("datum_a").sentence() == "find the switch of axis a"
+    assert StepAdvanced(1, 2, "pick cube", "running").sentence("es") == "   2 pick cube: en marcha"
+    assert RecordingSaved("estop").sentence("es") == "grabación (parada de emergencia)"
+
+
+def test_a_word_of_a_newer_program_stays_as_it_is() -> None:
+    assert worded(PHASES, "pirouette", "es") == "pirouette"
+    assert PhaseBegun("pirouette").sentence("es") == "pirouette"
+
+
+def test_words_are_named_after_fields_of_their_event() -> None:
+    assert all(set(event.words) <= set(event.__dataclass_fields__) for event in DECLARED.values())
