@@ -18,7 +18,7 @@ from generated_files import update
 from pydantic import TypeAdapter
 
 from dmc41x3.i18n import LANGUAGES, translate
-from maya_un import vocabulary as words
+from maya_un import vocabulary
 from maya_un.errors import by_code, requests
 from maya_un.events import DECLARED
 from maya_un.http.app import create_app
@@ -80,7 +80,7 @@ def written() -> dict[str, str]:
         "limits.ts": limits(),
         "primitives.ts": primitives(),
         "events.json": events(),
-        "vocabulary.ts": vocabulary(),
+        "vocabulary.ts": vocabularies(),
     }
 
 
@@ -132,9 +132,9 @@ def limits() -> str:
     return NOTE + _texts("LIMITS", NAMES)
 
 
-def vocabulary() -> str:
+def vocabularies() -> str:
     """Return the texts of the words that events and reports contain, and those of each detail of an event."""
-    tables = {name: table for name, table in vars(words).items() if name.isupper() and isinstance(table, dict)}
+    tables = {name: table for name, table in vars(vocabulary).items() if name.isupper() and isinstance(table, dict)}
     names = {id(table): name for name, table in tables.items()}
     details = "".join(
         f"  {word}: {{ {', '.join(f'{detail}: {names[id(table)]}' for detail, table in declared.words.items())} }},\n"
@@ -143,7 +143,7 @@ def vocabulary() -> str:
     )
     return (
         NOTE
-        + "\n".join(_texts(name, cast("dict[str, str]", table), words.WORD) for name, table in tables.items())
+        + "\n".join(_texts(name, cast("dict[str, str]", table), vocabulary.WORD) for name, table in tables.items())
         + "\n/** The tables of details, by the words of events. */\n"
         + f"export const DETAILS = {{\n{details}}} as const;\n"
     )
@@ -156,10 +156,6 @@ def _texts(constant: str, table: Mapping[str, str], context: str = "") -> str:
         for name, text in table.items()
     )
     return f"export const {constant} = {{\n{lines}}} as const;\n"
-
-
-def _key(name: str) -> str:
-    return name if name.isidentifier() else json.dumps(name)
 
 
 def primitives() -> str:
