@@ -23,7 +23,7 @@ _MOST_BYTES = 4096
 """Size of the largest runtime file that is accepted."""
 
 _ATTEMPTS = 10_000
-"""How often the claim is tried while commands share its lock: each of them needs it for microseconds."""
+"""Maximum number of attempts to lock the runtime file. Other commands hold the lock for microseconds."""
 
 
 class Running(NamedTuple):

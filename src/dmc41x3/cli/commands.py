@@ -14,10 +14,10 @@ from dmc41x3.cli import parsing
 from dmc41x3.cli.console import ALONE, OutputSettings, Site, settings_of
 
 _COMMAND = "{dmc}"
-"""Stands in a help text for the words before the name of a tool; the site of the group supplies it."""
+"""Placeholder in help texts for the words before the name of a tool; the `Site` of the group gives them."""
 
 _REAL = "{real}"
-"""Stands in a help text for what `real` means; the site of the group supplies it."""
+"""Placeholder in help texts for the meaning of `real`; the `Site` of the group gives it."""
 
 _PLACE = "HOST[:PORT] or a serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200)"
 _HOST = f"sim (a new twin that ends with the command), real ({_REAL}), {_PLACE}"

@@ -1,4 +1,4 @@
-"""The configuration over a graph: the controller's node settles it, and the layers above wait for it."""
+"""The configuration over a graph: the controller's node decides its values, and the layers above wait for them."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ _STATUS: Mapping[GoalStatus, int] = {
 
 
 class _SentGoal:
-    """One goal of a client: its fields, and whether its client knows its end (`over`)."""
+    """One goal of a client: its fields, and whether its client has received the result (`over`)."""
 
     def __init__(self, client: RosbridgeClient, fields: Fields) -> None:
         """Read the action and id of a message; raises `InvalidRequest`."""

@@ -30,7 +30,7 @@ class InvalidJob(RequestError, code=4002, en="The job file has an error at {key}
 
 
 class NotFound(RequestError, code=4004, en="There is no {what} {number}."):
-    """No task or job has this number."""
+    """No object of this kind has this number or name."""
 
     what: Literal[
         "job",
@@ -83,7 +83,7 @@ class NotTaught(
 class NameTaken(
     RequestError,
     code=4011,
-    en="The name {name!r} exists already. Choose another name, or replace the pose with `--replace`.",
+    en="The name {name!r} exists already. Choose another name. To replace what has this name, teach it again with `--replace`.",
 ):
     """A pose or pallet with this name exists already."""
 
@@ -149,7 +149,7 @@ class DependencyFailed(
     en="This job depends on job {number}, which is {state}, so Maya holds it. Release this job to run it "
     "anyway, or cancel it.",
 ):
-    """A job ended otherwise than done, so a job that depends on it is held."""
+    """A job did not succeed, so Maya holds a job that depends on it."""
 
     number: int
     state: JobStateWord
@@ -383,8 +383,8 @@ class StepTakenElsewhere(
 class NotSignedIn(
     RequestError,
     code=4101,
-    en="Maya did not accept the request: {reason}. Ask an administrator of the robot for a token (`maya "
-    "user token`), and put it into $MAYA_TOKEN.",
+    en="Maya did not accept the request: {reason}. Sign in again, or ask an administrator of the robot "
+    "for a token (`maya user token`) and put it into $MAYA_TOKEN.",
 ):
     """A request came without a token, or with an invalid one."""
 
@@ -408,7 +408,7 @@ class NotAllowed(
 class LastAdministrator(
     RequestError,
     code=4107,
-    en="{name} is the only administrator, and nobody else could undo this. Give another user the role admin first.",
+    en="{name} is the only administrator. Give another user the role admin first; otherwise nobody can manage users.",
 ):
     """The only administrator cannot be removed, and cannot lose the role."""
 
@@ -478,8 +478,8 @@ class EdgeNotInstalled(
 class TerminalReadsOnly(
     RequestError,
     code=4056,
-    en="{command!r} is not known as one command that only reads, so it was not sent. Send one command such as TP, "
-    "`KP ?` or `MG _TPA`. To change the controller, end `maya up` and use `maya dmc terminal`.",
+    en="Maya did not send {command!r}: this terminal sends one command at a time, and only commands that read, "
+    "such as TP, `KP ?` or `MG _TPA`. To change the controller, end `maya up` and use `maya dmc terminal`.",
 ):
     """The terminal of a running robot sends only commands that read: others could endanger motion."""
 

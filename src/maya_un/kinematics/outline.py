@@ -19,7 +19,7 @@ _COLUMNS, _RING_COLUMNS = 2001, 801
 def outline(workspace: Workspace, *, bend: float = 0.03, stride: float = 0.1) -> tuple[Floats, Floats]:
     """Return the edge of the reachable section, without zones, as a closed polygon (d, z), each (n,) [m].
 
-    There is a point at least every `bend` [rad] of turning and every `stride` [m] of way.
+    There is a point at least every `bend` [rad] of turning and every `stride` [m] of path length.
     """
     section, mechanism = workspace.section, workspace.mechanism
     ends = [mechanism.section(Joints(0.0, b, c))[0] for b in workspace.line_b for c in workspace.line_c]

@@ -25,7 +25,7 @@ class MotionSnapshot(NamedTuple):
     ahead: NextStep | None = None
 
     def view(self) -> MotionView:
-        """Return it as a message, with points at equal ways along its path."""
+        """Return it as a message, with points at equal distances along its path."""
         move = self.move
         if move is None:
             return MotionView(next=self.ahead)

@@ -290,7 +290,7 @@ async def test_a_wrong_name_or_password_is_refused_alike(name: str) -> None:
     began = asyncio.get_running_loop().time()
     with pytest.raises(NotSignedIn) as refusal:
         await owner.people.sign_in(name, "", "10.0.0.1")
-    assert refusal.value.details == {"reason": "its name or its password is wrong"}
+    assert refusal.value.details == {"reason": "the name or the password is wrong"}
     assert asyncio.get_running_loop().time() - began == pytest.approx(0.5)
 
 

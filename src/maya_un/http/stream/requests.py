@@ -31,7 +31,7 @@ MOST_DELAY = 5
 """Longest time from the sending of a request to its arrival [s]; stop and abort are accepted after any time."""
 
 _LARGEST = 1e12
-"""No clock shows more [s]."""
+"""Largest value of `sent` that is accepted [s]."""
 
 _PASSED_ON = ("forwarded", "host", "origin", "x-forwarded-for", "x-real-ip")
 """Headers of the handshake that decide how a request is checked and answered."""

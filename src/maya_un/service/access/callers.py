@@ -312,7 +312,7 @@ class Callers:
         right = await self._hasher.matches("" if user is None else user.password, password)
         still = self._register.users.get(name)
         if not right or still is None or user is None or still.password != user.password:
-            await self._fail("" if user is None else name, source, phrase("its name or its password is wrong"))
+            await self._fail("" if user is None else name, source, phrase("the name or the password is wrong"))
         self._attempts.succeeded(source)
         return still
 
