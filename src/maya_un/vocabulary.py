@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from dmc41x3.i18n import marked, translate
+from dmc41x3.i18n import marked, translate, translate_phrase
 
 WORD = "word"
 """The context of these texts in the catalogue."""
@@ -31,8 +31,11 @@ PHASES: Vocabulary = {
     "up": marked("go up", "word"),
     "line": marked("move on a straight path", "word"),
     "move": marked("move", "word"),
+    "follow": marked("follow the path", "word"),
+    "jog": marked("jog", "word"),
+    "guarded move": marked("guarded move", "word"),
 }
-"""Phases of a homing and of primitives."""
+"""Phases of a homing and of primitives, and the motions of the controller."""
 
 STATES: Vocabulary = {
     "queued": marked("queued", "word"),
@@ -79,5 +82,8 @@ RECORDING_REASONS: Vocabulary = {
 
 
 def worded(vocabulary: Vocabulary, word: str, language: str = "en") -> str:
-    """Return the text of a word in `language`; a word of a newer program, which is not listed, stays as it is."""
-    return translate(vocabulary.get(word, word), language, WORD)
+    """Return the text of a word in `language`.
+
+    A word that is not listed is translated if it is a phrase. One of a newer program stays as it is.
+    """
+    return translate(vocabulary[word], language, WORD) if word in vocabulary else translate_phrase(word, language)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from dmc41x3.i18n import LANGUAGES, translate
+from dmc41x3.i18n import LANGUAGES, PHRASE, translate
 from maya_un import vocabulary
+from maya_un.controller.execution import GUARDED_MOVE
 from maya_un.controller.protocol import HOMING_PHASES
-from maya_un.events import DECLARED, PhaseBegun, RecordingSaved, StepAdvanced
+from maya_un.events import DECLARED, LeaseChanged, PhaseBegun, RecordingSaved, StepAdvanced
 from maya_un.recorder.recorder import REASONS
 from maya_un.schema.jobs import TaskState
 from maya_un.vocabulary import PHASES, RECORDING_REASONS, STATES, WORD, worded
@@ -22,8 +23,13 @@ def test_a_closed_vocabulary_has_every_word(table: dict[str, str], words: list[s
     assert sorted(table) == sorted(words)
 
 
-def test_every_phase_of_a_homing_has_a_text() -> None:
-    assert set(HOMING_PHASES) <= set(PHASES)
+def test_every_phase_of_a_homing_and_every_motion_has_a_text() -> None:
+    assert {*HOMING_PHASES, "move", "follow", "jog", GUARDED_MOVE} <= set(PHASES)
+
+
+def test_the_end_of_a_right_is_told_as_the_phrase_that_it_is() -> None:
+    told = LeaseChanged("its token was revoked", "", "", implicit=False).sentence("es")
+    assert told == f"control: {translate('its token was revoked', 'es', PHRASE)}"
 
 
 @pytest.mark.parametrize("name", TABLES)

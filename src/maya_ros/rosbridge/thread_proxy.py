@@ -14,7 +14,6 @@ from typing import TypeVar, cast
 from maya_ros.graph.permissions import caller
 from maya_ros.graph.table import POSITION
 from maya_un.assembly.stack import Stack
-from maya_un.errors import Stopped
 from maya_un.events import Listener
 from maya_un.http.bridge import Bridge
 from maya_un.http.stream.hub import Batch, StreamSource
@@ -80,18 +79,6 @@ async def echoed(bridge: Bridge, speed: float) -> AsyncIterator[StackEvents]:
     finally:
         tapping.cancel()
         await asyncio.gather(tapping, return_exceptions=True)
-
-
-def unless_stopped(stack: Stack, work: Work[T]) -> Work[T]:
-    """Return `work`, which raises `Stopped` if a stop overtakes it on its way to the loop of the stack."""
-    stops = stack.controller.stops
-
-    async def carried_out(service: Service) -> T:
-        if stack.controller.stops != stops:
-            raise Stopped
-        return await work(service)
-
-    return carried_out
 
 
 class ControllerProxy:
@@ -176,8 +163,6 @@ class ControllerProxy:
         await self._call(Operation.SPEED, lambda service: service.speed(ratio), f"{ratio}")
 
     async def _call(self, operation: Operation, work: Work[T], subject: str = "") -> T:
-        if operation is Operation.COMMAND:
-            work = unless_stopped(self._stack, work)
         return await self._bridge.carry(caller(), operation, work, subject)
 
 
@@ -216,4 +201,4 @@ class RobotProxy:
         async def work(service: Service) -> None:
             await service.direct.primitive(primitive, told)
 
-        await self._bridge.carry(caller(), Operation.COMMAND, unless_stopped(self._stack, work), primitive.command)
+        await self._bridge.carry(caller(), Operation.COMMAND, work, primitive.command)

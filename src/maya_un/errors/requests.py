@@ -83,7 +83,8 @@ class NotTaught(
 class NameTaken(
     RequestError,
     code=4011,
-    en="The name {name!r} exists already. Choose another name. To replace what has this name, teach it again with `--replace`.",
+    en="The name {name!r} exists already. Choose another name. To replace what has this name, teach it again with "
+    "`--replace`.",
 ):
     """A pose or pallet with this name exists already."""
 

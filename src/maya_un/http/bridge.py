@@ -136,16 +136,29 @@ class Bridge:
         with suppress(RuntimeError):  # the stack's loop has ended
             self._loop.call_soon_threadsafe(end)
 
+    @property
+    def stops(self) -> int:
+        """How often the robot was stopped."""
+        return self._service.stops
+
     async def call(
-        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], subject: str = ""
+        self,
+        caller: Caller,
+        operation: Operation,
+        work: Callable[[Service], Awaitable[T]],
+        subject: str = "",
+        *,
+        stops: int | None = None,
     ) -> T:
         """Return the result of `work` for `caller` in the stack's loop; raises its errors and those of the gate.
 
-        `subject` is the subject in the audit log. Cancelling the caller cancels the request.
+        `subject` is the subject in the audit log, and `stops` the number of stops when the request came, None for now.
+        Cancelling the caller cancels the request.
         """
+        before = self.stops if stops is None else stops
 
         async def carried_out() -> T:
-            return await self._gate.call(caller, operation, work, subject)
+            return await self._gate.call(caller, operation, work, subject, stops=before)
 
         return await self.within(carried_out)
 
@@ -154,12 +167,12 @@ class Bridge:
     ) -> T:
         """Return as `call` does; a cancellation takes effect when the request has ended, for a motion at rest."""
         begun: list[asyncio.Future[T]] = []
-        left = False
+        before, left = self.stops, False
 
         async def carried() -> None:
             if left:
                 return
-            begun.append(asyncio.ensure_future(self._gate.call(caller, operation, work, subject)))
+            begun.append(asyncio.ensure_future(self._gate.call(caller, operation, work, subject, stops=before)))
             await asyncio.wait(begun)
             if not begun[0].cancelled():
                 begun[0].exception()

@@ -40,7 +40,7 @@ from maya_un.process.spec.job import BARE, SKILLS, SPEED, Grid, Job
 from maya_un.process.spec.statements import ELSE, STATEMENTS, THEN, JobStatement
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import Argument, JointTarget, Primitive, Switch, Target
-from maya_un.service.access.operations import MOVING, RULES, STOPPING, Operation
+from maya_un.service.access.operations import MOVING, QUEUEING, RULES, STOPPING, Operation
 from maya_un.values import FARTHEST
 
 REFERENCE = "#/components/schemas/{model}"
@@ -263,7 +263,7 @@ def refusals(route: APIRoute, rule: RouteRule) -> list[type[MayaError]]:
         kinds.append(InvalidValue)
     if any(RULES[one].drives for one in rule.operations):
         kinds += [LeaseNeeded, LeaseHeld, LeaseLost]
-    if MOVING.intersection(rule.operations):
+    if (MOVING | QUEUEING).intersection(rule.operations):
         kinds.append(Stopped)
     if any(RULES[one].drives or one in STOPPING | {Operation.PAUSE} for one in rule.operations):
         kinds += [kind for kind in by_code().values() if issubclass(kind, MachineError)]

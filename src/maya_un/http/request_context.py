@@ -21,15 +21,25 @@ T = TypeVar("T")
 
 
 class RequestContext:
-    """Calls the service for `caller` with the operations of the route; `subject` is that of the audit log."""
+    """Calls the service for `caller` with the operations of the route; `subject` is that of the audit log.
+
+    `stops` is the number of stops of the robot when the request came.
+    """
 
     def __init__(
-        self, request: Request, bridge: Bridge, caller: Caller, operations: tuple[Operation, ...], subject: str
+        self,
+        request: Request,
+        bridge: Bridge,
+        caller: Caller,
+        operations: tuple[Operation, ...],
+        subject: str,
+        stops: int,
     ) -> None:
         self._request = request
         self.bridge = bridge
         self._operations = operations
         self._subject = subject
+        self._stops = stops
         self.caller = caller
 
     @property
@@ -45,7 +55,7 @@ class RequestContext:
         """
         of = operations or self._operations
         chosen = next((one for one in of if allowed(self.caller.role, one)), of[-1])
-        return await self.bridge.call(self.caller, chosen, work, subject or self._subject)
+        return await self.bridge.call(self.caller, chosen, work, subject or self._subject, stops=self._stops)
 
     async def unless_left(self, work: Callable[[Service], Awaitable[T]]) -> T:
         """Return the answer of `work`; if the client disconnects, cancel it and raise `Cancelled`.
@@ -104,13 +114,14 @@ def _refusal(now: Caller | MayaError, operation: Operation) -> MayaError | None:
 async def _asking(request: Request) -> RequestContext:
     rule = rule_of(request)
     bridge: Bridge = request.app.state.bridge
+    stops = bridge.stops  # to identify a caller takes time, and a stop may be answered meanwhile
     caller = await caller_of(request, bridge, rule.operations)
     request.state.who = caller.name
     subject = _subject(request)
     if not any(allowed(caller.role, operation) for operation in rule.operations):
         await bridge.call(caller, rule.operations[-1], _nothing, subject)  # refused before the body is read
     _refuse_unknown(request, rule)
-    return RequestContext(request, bridge, caller, rule.operations, subject)
+    return RequestContext(request, bridge, caller, rule.operations, subject, stops)
 
 
 async def _nothing(_service: Service) -> None:

@@ -61,7 +61,7 @@ from maya_un.schema.robot import (
 )
 from maya_un.service import permissions
 from maya_un.service.access.control import AccessControl
-from maya_un.service.access.operations import LOCAL, MOVING, RULES, STOPPING, Caller, Operation, require
+from maya_un.service.access.operations import LOCAL, MOVING, QUEUEING, RULES, STOPPING, Caller, Operation, require
 from maya_un.service.calibration.service import CalibrationService
 from maya_un.service.computing import Computing
 from maya_un.service.configuring import ConfigService
@@ -525,22 +525,33 @@ class Gate:
         self._current = current
 
     async def call(
-        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], detail: str = ""
+        self,
+        caller: Caller,
+        operation: Operation,
+        work: Callable[[Service], Awaitable[T]],
+        detail: str = "",
+        *,
+        stops: int | None = None,
     ) -> T:
         """Return the result of `work`; `detail` is its subject in the audit log ("job 17").
+
+        `stops` is the number of stops when the request came, None for now. If the robot was stopped since, nothing
+        begins that could move it.
 
         A request that needs the lease ends with it: if another user takes the lease, if it expires, or if its holder is
         demoted or removed, the request is cancelled, and its motion stops on the path. Jobs differ: if the owner is
         demoted or removed, the running step is finished, then the queue pauses (`Process.owner_ended`).
 
         Raises `NotSignedIn` for a caller whose rights ended after the interface checked them, `NotAllowed`,
-        `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, and what `work` raises.
+        `LeaseNeeded`, `LeaseHeld`, `LeaseLost`, `Stopped`, and what `work` raises.
         """
         code = InternalError.code
         try:
             if operation not in STOPPING:
                 caller = self._current(caller)
             require(caller, operation)
+            if stops not in {None, self._service.stops} and operation in MOVING | QUEUEING:
+                raise Stopped
             if operation in MOVING:
                 work = self._unless_stopped(work)
             answer = await (self._driven(caller, work) if RULES[operation].drives else work(self._service))

@@ -159,7 +159,9 @@ def test_status_before_homing(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 
 
 @pytest.mark.parametrize(
-    ("duration", "line"), [(10.0, "follow: 3.0 of 10.0 s"), (0.0, "follow: since 3.0 s")], ids=["timed", "untimed"]
+    ("duration", "line"),
+    [(10.0, "follow the path: 3.0 of 10.0 s"), (0.0, "follow the path: since 3.0 s")],
+    ids=["timed", "untimed"],
 )
 def test_status_shows_phase_and_progress(
     duration: float, line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -10,8 +10,10 @@ import pytest
 
 from maya_un.errors import Busy, CannotPause, InvalidJob, LinkLost, MayaError, NotFound, NotPaused, Unreachable
 from maya_un.events import FaultEntered, HomingBegun, HomingDone
+from maya_un.http.bridge import Bridge
 from maya_un.http.middleware import BODY_LIMIT
 from maya_un.process.journal.protocol import Filter
+from maya_un.service.access.operations import LOCAL, Caller
 from maya_un.values import Point
 from tests.unit.http.service_stand_in import ServiceStandIn, app_client, problem
 from tests.virtual_time import elapse
@@ -293,3 +295,31 @@ async def test_addresses_for_other_computers_are_those_of_the_listener() -> None
         assert (await client.get("/v1/addresses")).json() == {"remote": ["https://lab:4134", "https://192.0.2.7:4134"]}
     async with app_client(ServiceStandIn()) as client:
         assert (await client.get("/v1/addresses")).json() == {"remote": []}
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "code"),
+    [
+        ("POST", "/v1/tasks", {"command": "home"}, 2201),
+        ("POST", "/v1/jobs", {"steps": ["home"]}, 2201),
+        ("POST", "/v1/jog", {"axis": "b", "distance": 1}, 2201),
+        ("GET", "/v1/status", None, 0),
+        ("POST", "/v1/stop", None, 0),
+        ("DELETE", "/v1/jobs/7", None, 0),
+    ],
+)
+async def test_request_whose_caller_was_identified_during_a_stop_moves_nothing(
+    method: str, path: str, body: object, code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    service = ServiceStandIn()
+
+    async def identified(*_: object, **__: object) -> Caller:
+        service.stops += 1
+        return LOCAL
+
+    monkeypatch.setattr(Bridge, "caller", identified)
+    async with app_client(service) as client:
+        response = await client.request(method, path, json=body)
+    if code:
+        assert problem(response)["code"] == code
+    assert bool(service.asked) == (code == 0)

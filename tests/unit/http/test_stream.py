@@ -387,6 +387,23 @@ def test_time_that_the_service_needs_does_not_count_as_silence(monkeypatch: pyte
     run(main())
 
 
+def test_time_that_the_service_needs_for_a_token_in_a_message_does_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(session, "INTRODUCTION", 0.0)
+
+    async def main() -> None:
+        watched = Watched()
+        _, viewer = await guarded(watched)
+
+        async def at_once(_: object) -> str:
+            return json.dumps({"type": "hello", "token": viewer})
+
+        monkeypatch.setattr(session, "received", at_once)
+        async with streamed(watched) as url, connected(url) as client:
+            assert client.got[0]["type"] == "hello"
+
+    run(main())
+
+
 def test_a_token_that_is_revoked_ends_the_stream_though_the_client_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(connections, "LOOK_AGAIN", 1000.0)
 

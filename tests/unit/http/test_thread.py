@@ -22,6 +22,8 @@ from maya_un.service.service import Service
 class Clock:
     """A service whose status is the time of the loop it lives in."""
 
+    stops = 0
+
     async def status(self) -> dict[str, float]:
         return {"time": asyncio.get_running_loop().time()}
 

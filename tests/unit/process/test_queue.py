@@ -20,7 +20,7 @@ from maya_un.errors import (
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.process.queue import runner
 from maya_un.robot.primitives import Gripper, Home
-from maya_un.schema.jobs import OnFailure, QueueMode, TaskState
+from maya_un.schema.jobs import OnFailure, PauseReason, QueueMode, TaskState
 from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 
@@ -503,6 +503,21 @@ async def test_automatic_pause_ends_with_its_cause() -> None:
         await process.submit(HOME)
         await process.clear()
         assert process.views.mode is QueueMode.PAUSED
+
+
+async def test_pause_of_a_user_during_an_automatic_one_lasts_until_resume() -> None:
+    async with Machine().running() as layer:
+        process = layer.process
+        await process.submit(HOME)
+        await process.submit(HOME)
+        process.scheduler.halt(Stopped())
+        await process.result(1)
+        assert process.views.reason == "stop"
+        await process.scheduler.pause("ana", now=False)
+        await process.clear()
+        assert (process.views.mode, process.views.reason) == (QueueMode.PAUSED, "asked")
+        process.scheduler.pause_by_itself(PauseReason.FAULT)
+        assert process.views.reason == "asked"
 
 
 async def test_request_before_a_stop_does_not_begin_after_it() -> None:

@@ -14,7 +14,7 @@ from typing import cast
 
 import pytest
 
-from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, NotFound, Unreachable
+from maya_un.errors import LeaseHeld, LeaseLost, MayaError, NotAllowed, NotFound, Stopped, Unreachable
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
@@ -85,7 +85,17 @@ class GateCase:
         self.lease = ControlLease(EventLog(loop.time))
         self.told: list[tuple[str, str, int, str]] = []
         self.done: list[str] = []
-        self.gate = Gate(cast("Service", SimpleNamespace(stops=0)), self.lease, self._tell)
+        self._service = SimpleNamespace(stops=0)
+        self.gate = Gate(cast("Service", self._service), self.lease, self._tell)
+
+    @property
+    def stops(self) -> int:
+        """How often the robot was stopped."""
+        return self._service.stops
+
+    @stops.setter
+    def stops(self, number: int) -> None:
+        self._service.stops = number
 
     def _tell(self, caller: Caller, operation: Operation, code: int, detail: str) -> None:
         self.told.append((caller.name, operation.value, code, detail))
@@ -160,6 +170,27 @@ async def test_stop_is_obeyed_in_every_state_of_the_lease(situation: str) -> Non
             for lease in (shown, "", "nonsense", "ñ"):
                 assert await gate_case.ask(Caller("ann", role, "", lease), Operation.STOP) == 0
                 assert await gate_case.ask(Caller("ann", role, "", lease), Operation.ABORT) == 0
+
+
+@pytest.mark.parametrize("operation", Operation)
+async def test_what_could_move_the_robot_does_not_begin_after_a_stop_that_came_later(operation: Operation) -> None:
+    gate_case = GateCase()
+
+    async def work(_: Service) -> int:
+        return 7
+
+    async def asked(stops: int) -> int:
+        return await gate_case.gate.call(LOCAL, operation, work, stops=stops)
+
+    assert await asked(gate_case.stops) == 7
+    gate_case.stops += 1
+    begins = ["command", "jog", "resume", "step", "datum", "restart", "submit", "approve"]
+    if operation.value in {*begins, "change job"}:
+        with pytest.raises(Stopped):
+            await asked(gate_case.stops - 1)
+    else:
+        assert await asked(gate_case.stops - 1) == 7
+    assert await asked(gate_case.stops) == 7
 
 
 async def test_driving_ends_with_the_lease_and_waits_for_rest() -> None:

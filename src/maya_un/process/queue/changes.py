@@ -307,8 +307,8 @@ class QueuePauser:
         return self.row.automatic
 
     def pause(self, reason: PauseReason, by: str = "") -> None:
-        """Pause the queue from now on; a pause under way keeps its reason."""
-        if self.row.paused:
+        """Pause the queue from now on; a pause under way keeps its reason, unless only the new one is a user's."""
+        if self.row.paused and (reason.automatic or not self.row.automatic):
             self.row = replace(self.row)
         else:
             self.row = QueueRow(True, reason, by, self._dates(0.0))

@@ -176,6 +176,9 @@ MOVING = frozenset(
 )
 """Operations that may begin a motion: a stop that comes after one of them, before it begins, ends it."""
 
+QUEUEING = frozenset({Operation.SUBMIT, Operation.CHANGE_JOB, Operation.APPROVE})
+"""Operations after which a job may begin."""
+
 STOPPING = frozenset({Operation.STOP, Operation.ABORT})
 """Operations that need no token on this computer, even if users exist."""
 

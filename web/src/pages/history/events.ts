@@ -18,7 +18,8 @@ const WORDS: Record<string, Record<string, Readonly<Record<string, Words>>> | un
 /** Returns a detail as text: a word of a vocabulary in the language of the page, anything else unchanged. */
 function detailText(kind: string, name: string, value: unknown): unknown {
   const table = WORDS[kind]?.[name];
-  return table === undefined || typeof value !== "string" ? value : wordText(table, value);
+  if (table === undefined || typeof value !== "string") return value;
+  return Object.hasOwn(table, value) ? wordText(table, value) : translated(value);
 }
 
 /** Returns what happened as a sentence, with the message of its error. */
