@@ -304,12 +304,18 @@ class Watched(Gate):
     asked: list[float]
 
     async def call(
-        self, caller: Caller, operation: Operation, work: Callable[[Service], Awaitable[T]], detail: str = ""
+        self,
+        caller: Caller,
+        operation: Operation,
+        work: Callable[[Service], Awaitable[T]],
+        detail: str = "",
+        *,
+        stops: int | None = None,
     ) -> T:
         """Pass a request on."""
         if operation is Operation.STOP:
             self.asked.append(time.monotonic())
-        return await super().call(caller, operation, work, detail)
+        return await super().call(caller, operation, work, detail, stops=stops)
 
 
 async def served_race(count: int, seed: str) -> Served:
