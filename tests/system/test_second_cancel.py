@@ -51,7 +51,8 @@ def by_gate(layers: LayerNodes) -> Awaitable[object]:
 
 
 def by_bridge(layers: LayerNodes) -> Awaitable[object]:
-    bridge = Bridge(asyncio.get_running_loop(), cast("Service", None), gate=gate(layers))
+    service = cast("Service", layers.controller_node.rig.controller)
+    bridge = Bridge(asyncio.get_running_loop(), service, gate=gate(layers))
     return bridge.carry(LOCAL, Operation.COMMAND, lambda _: by_controller(layers))
 
 
