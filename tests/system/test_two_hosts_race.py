@@ -31,6 +31,7 @@ from maya_un.config import Config, Units
 from maya_un.errors import (
     ControllerMoves,
     ControllerOwned,
+    EndedUnanswered,
     HostSilent,
     LinkLost,
     LinkTimeout,
@@ -60,9 +61,22 @@ PHASES: Final = {"connect": 0.06, "own": 0.06, "move": 1.5, "grip": 0.5, "leave"
 
 STARVED = {
     error.code
-    for error in (HostSilent, LinkLost, LinkTimeout, OwnershipLost, OwnerErased, ControllerMoves, ControllerOwned)
+    for error in (
+        HostSilent,
+        LinkLost,
+        LinkTimeout,
+        EndedUnanswered,
+        OwnershipLost,
+        OwnerErased,
+        ControllerMoves,
+        ControllerOwned,
+    )
 }
-"""Possible errors of a host that was asleep, or had no processor for half a second."""
+"""Possible errors of a host that was asleep, or had no processor for half a second.
+
+A new owner closes the connection of the former one by its handle. If that host is dead, a connection that has just
+begun may have this handle: it ends, answered or not.
+"""
 
 _QUESTIONS = ("MG", "QR", "TC", "WH", "UL", "\x12", "ZAB=(", "ZAB=_", "maya", "OB", "IH", "ST")
 """Begin what changes nothing of another's: questions, conditional writes, the fence, a stop."""
