@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import signal
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +15,9 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.uint8]
 """Rows and columns of red, green and blue, shape (height, width, 3)."""
+
+RVIZ_CRASH = re.compile(rf"\[rviz-\d+\] process has died .*exit code -(?:{signal.SIGABRT:d}|{signal.SIGSEGV:d}),")
+"""What roslaunch writes after a crash of rviz: Debian's software renderer causes one now and then, at start or end."""
 
 _WIDTH, _HEIGHT, _LINE, _COLOURS = 4, 5, 12, 19
 

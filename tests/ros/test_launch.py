@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tests.ros.display import Display
+from tests.ros.display import RVIZ_CRASH, Display
 from tests.ros.harness import Ros
 from tests.ros.programs import Program
 from tests.ros.workspace import PACKAGES as PLACES
@@ -36,8 +36,6 @@ LAYERS = {
         "robot_controller", "primitive_server", "process_controller", "firebase_bridge", "rosbridge",
     },
 }  # fmt: skip
-RVIZ_CRASH = re.compile(r"\[rviz-\d+\] process has died \[pid \d+, exit code -(?:6|11)\b")
-"""On a busy machine without a graphics card, rviz itself may crash, or abort at its end: once in 64 launches."""
 START = 55.0
 """Longest time for the whole start [s] on a busy machine."""
 

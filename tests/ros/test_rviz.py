@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-import signal
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +9,7 @@ import pytest
 
 from maya_ros.graph.protocol import GoalStatus
 from maya_un.values import Joints
-from tests.ros.display import Display, Picture
+from tests.ros.display import RVIZ_CRASH, Display, Picture
 from tests.ros.launched_layers import DONE, HERE, THERE, LaunchedLayers, launched_layers
 from tests.ros.test_model import QUICK, reached
 from tests.ros.workspace import Workspace
@@ -26,10 +24,7 @@ DRAWN = 120.0
 """Longest time until rviz without a graphics card has drawn, on a busy machine [s]."""
 
 STARTS = 3
-"""Most launches until rviz is up: Debian's software renderer crashes now and then as it compiles its first shaders."""
-
-CRASH = re.compile(rf"\[rviz-\d+\] process has died .*exit code -{signal.SIGSEGV:d},")
-"""The line of roslaunch after that."""
+"""Maximum number of launches until rviz is up: it may crash as it starts (`RVIZ_CRASH`)."""
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -47,7 +42,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace, displa
         folder = tmp_path_factory.mktemp("shown")
         with launched_layers(folder, workspace, environment=display.environment, core_debug=False, speed=QUICK) as up:
             up.ros.until(lambda: died(up) or "urdf.rviz - RViz" in display.windows(), "the window of rviz", DRAWN)
-            if CRASH.search(up.launched.said) and start < STARTS - 1:
+            if RVIZ_CRASH.search(up.launched.said) and start < STARTS - 1:
                 continue
             assert not died(up)
             up.ros.until_nodes("/rviz", "/robot_state_publisher")
