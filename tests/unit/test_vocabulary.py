@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import get_args
+
 import pytest
 
 from dmc41x3.i18n import LANGUAGES, PHRASE, translate
 from maya_un import vocabulary
 from maya_un.controller.execution import GUARDED_MOVE
 from maya_un.controller.protocol import HOMING_PHASES
+from maya_un.errors.requests import JobStateWord
 from maya_un.events import DECLARED, LeaseChanged, PhaseBegun, RecordingSaved, StepAdvanced
 from maya_un.recorder.recorder import REASONS
 from maya_un.schema.jobs import TaskState
@@ -17,9 +21,11 @@ TABLES = {name: table for name, table in vars(vocabulary).items() if name.isuppe
 
 
 @pytest.mark.parametrize(
-    ("table", "words"), [(STATES, [*TaskState]), (RECORDING_REASONS, REASONS)], ids=["states", "reasons"]
+    ("table", "words"),
+    [(STATES, TaskState), (get_args(JobStateWord), TaskState), (RECORDING_REASONS, REASONS)],
+    ids=["states", "states in errors", "reasons"],
 )
-def test_a_closed_vocabulary_has_every_word(table: dict[str, str], words: list[str]) -> None:
+def test_a_closed_vocabulary_has_every_word(table: Iterable[str], words: Iterable[str]) -> None:
     assert sorted(table) == sorted(words)
 
 
@@ -27,7 +33,7 @@ def test_every_phase_of_a_homing_and_every_motion_has_a_text() -> None:
     assert {*HOMING_PHASES, "move", "follow", "jog", GUARDED_MOVE} <= set(PHASES)
 
 
-def test_the_end_of_a_right_is_told_as_the_phrase_that_it_is() -> None:
+def test_the_end_of_a_right_is_translated_as_a_phrase() -> None:
     told = LeaseChanged("its token was revoked", "", "", implicit=False).sentence("es")
     assert told == f"control: {translate('its token was revoked', 'es', PHRASE)}"
 
