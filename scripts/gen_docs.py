@@ -102,8 +102,8 @@ def _event_lines() -> Iterator[str]:
     yield "code (0, or an [error's](errors.md)) and details. A detail with a ? can be missing: it is None in Python."
     yield "\nSome events are published on [/maya_event](graph.md). `maya run`, `maya job submit --wait` and commands"
     yield "like `maya pick` show those that are narrated, with their code and message. `maya logs` shows all. `{name}`"
-    yield "in a sentence stands for a detail. A sentence has the text of a word: the phase `datum_a` is told as"
-    yield f'"{PhaseBegun("datum_a").sentence()}".'
+    yield "in a sentence stands for a detail. If a detail is a word, the sentence contains its text. For the phase"
+    yield f'`datum_a`, this is "{PhaseBegun("datum_a").sentence()}".'
     yield "\nIn ROS, `maya_controller.config.events` has each word on /maya_event as a constant, for Python 2.7 and 3."
     yield "A constant equals every message that begins with its word: `msg.data == events.HOMED`."
     yield "`events.read(msg.data)` returns the word and the state."
