@@ -405,6 +405,13 @@ def test_what_people_read_is_nearly_the_same_configuration(config: Config, si: b
     assert not again
 
 
+@pytest.mark.parametrize(("minimum", "maximum"), [("-180 deg", "180 deg"), ("0 deg", "360 deg")])
+def test_a_whole_turn_that_was_rounded_is_accepted(minimum: str, maximum: str) -> None:
+    config = parse({"axes": {"a": {"minimum": minimum, "maximum": maximum}}})
+    again = parse(tomllib.loads(for_people(config, si=True))).axes.a
+    assert (again.minimum, again.maximum) == pytest.approx((config.axes.a.minimum, config.axes.a.maximum))
+
+
 def test_people_read_lengths_in_millimetres_and_angles_in_degrees() -> None:
     config = parse({"axes": {"a": {"minimum": "-10 deg"}, "c": {"minimum": "1400 mm"}}, "zones": [ZONES[0]]})
     lines = for_people(config).splitlines()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import degrees, hypot, pi
+from math import degrees, hypot, tau
 from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
@@ -18,6 +18,9 @@ from maya_un.values import AXES, Joints
 
 MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""
+
+WHOLE_TURN = tau * (1.0 + 1e-10)
+"""Largest range of axis a [rad]: a number that was rounded to 11 digits, for example 6.2831853072, is not refused."""
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0), LENGTH]
 """A coordinate in the base frame: a number [m] or a text like "500 mm"."""
@@ -233,7 +236,7 @@ class AxisConfig(ConfigSection):
 class BoomConfig(AxisConfig):
     """Axis a, which turns the boom."""
 
-    minimum: Annotated[float, Field(ge=-pi, le=10.0, description="lower end of the stroke [rad]"), ANGLE]
+    minimum: Annotated[float, Field(ge=-WHOLE_TURN / 2, le=10.0, description="lower end of the stroke [rad]"), ANGLE]
     maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad]"), ANGLE]
 
 
@@ -295,10 +298,10 @@ class Axes(ConfigSection):
         for name, line in (("b", self.b), ("c", self.c)):
             if line.minimum < 0.0:
                 raise Contradiction(f"{name}.minimum", line.minimum, phrase("a line has a length, 0 or more"))
-        if self.a.maximum > 2 * pi:
+        if self.a.maximum > WHOLE_TURN:
             reason = phrase("it must be an angle in radians, at most 2 pi; this looks like degrees")
             raise Contradiction("a.maximum", self.a.maximum, reason)
-        if self.a.maximum - self.a.minimum > 2 * pi:
+        if self.a.maximum - self.a.minimum > WHOLE_TURN:
             reason = phrase("to maximum it is more than a whole turn, and a place would have two angles")
             raise Contradiction("a.minimum", self.a.minimum, reason)
         return self
