@@ -172,31 +172,35 @@ def _stream(end: int, mode: str) -> FileIO:
 class Forker:
     """A connection to the forking process, which ends when its first connection closes."""
 
-    def __init__(self, connection: socket.socket, process: subprocess.Popen[bytes] | None = None) -> None:
+    def __init__(
+        self, connection: socket.socket, address: bytes, process: subprocess.Popen[bytes] | None = None
+    ) -> None:
         self._lock = threading.Lock()
         self._socket = connection
         self._process = process
+        self.address = address
 
     @classmethod
-    def started(
-        cls, python: str | Path, env: Mapping[str, str], module: str = "tests.fork_server", address: bytes = b""
-    ) -> Forker:
+    def started(cls, python: str | Path, env: Mapping[str, str], module: str = "tests.fork_server") -> Forker:
         """Start the forking process: a Python with an environment, and the `main` of a module.
 
-        It listens at `address`, an abstract one; without one the kernel chooses.
+        It listens at `address`, an abstract one. Programs that connect while it starts wait for it.
         """
         ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        with theirs:
+        with theirs, socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as listening:
+            listening.bind(b"")  # the kernel chooses the address
+            listening.listen()
+            address = listening.getsockname()
             process = subprocess.Popen(
-                [python, "-c", f"from {module} import main; main({theirs.fileno()}, {address!r})"],
+                [python, "-c", f"from {module} import main; main({theirs.fileno()}, {listening.fileno()})"],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,  # of the kind that forked programs have, whose streams were made for it
                 stderr=subprocess.STDOUT,
                 cwd=ROOT,
                 env=env,
-                pass_fds=[theirs.fileno()],
+                pass_fds=[theirs.fileno(), listening.fileno()],
             )
-        started = cls(ours, process)
+        started = cls(ours, address, process)
         atexit.register(started._end)
         return started
 
@@ -205,7 +209,7 @@ class Forker:
         """Connect a forked program to the process that forked it."""
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         connection.connect(address)
-        return cls(connection)
+        return cls(connection, address)
 
     def fork(self, order: _Order, ends: Sequence[int]) -> int:
         """Return the number of a new process with these descriptors: 0, 1, 2, and one for its exit code."""
@@ -245,18 +249,19 @@ def _forker() -> Forker:
     return Forker.started(sys.executable, {**same, **_OURS})
 
 
-def main(descriptor: int, address: bytes) -> None:
+def main(first: int, listening: int) -> None:
     """Load the packages of the command line, and serve."""
-    serve(descriptor, address, _load)
+    serve(first, listening, _load)
 
 
-def serve(descriptor: int, address: bytes, load: Callable[[], None], begin: Callable[[], None] | None = None) -> None:
-    """Load, and fork what the other side of a socket orders, until it closes; a forked process carries out its order.
+def serve(first: int, listening: int, load: Callable[[], None], begin: Callable[[], None] | None = None) -> None:
+    """Load, and fork what the other side of the `first` socket orders, until it closes.
 
-    Programs that know the `address` can order too. A forked program calls `begin` before everything else.
+    Programs that connect to the socket `listening` can order too. A forked process calls `begin`, then it carries out
+    its order.
     """
     signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])  # a forked program gets it as soon as it can
-    server = _ForkServer(descriptor, address)
+    server = _ForkServer(first, listening)
     load()
     gc.collect()
     gc.freeze()
@@ -292,14 +297,11 @@ def _build() -> None:
 class _ForkServer:
     """Takes orders of a test and of the programs that it forked."""
 
-    def __init__(self, first: int, address: bytes) -> None:
-        listening = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        listening.bind(address)
-        listening.listen()
-        self._address = listening.getsockname()
+    def __init__(self, first: int, listening: int) -> None:
         self._first = first
-        self._listening = listening.fileno()
-        self._sockets = {end.fileno(): end for end in (listening, socket.socket(fileno=first))}
+        self._listening = listening
+        self._sockets = {end: socket.socket(fileno=end) for end in (listening, first)}
+        self._address = self._sockets[listening].getsockname()
         self._codes: dict[int, tuple[int, int]] = {}  # by descriptor of a process: its number, and where its code goes
         self._held: dict[int, int] = {}  # by descriptor of a connection: the number of the process that it holds
         self._poller = select.poll()

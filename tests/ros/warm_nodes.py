@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import importlib
-import itertools
 import os
 import pkgutil
 import sys
@@ -21,8 +20,6 @@ from tests import fork_server
 FORKER = "MAYA_TEST_FORKER"
 """The variable with the abstract address of the forking process, in hexadecimal."""
 
-_NUMBERS = itertools.count(1)
-
 
 def warm(python: Path, environment: Mapping[str, str]) -> dict[str, str]:
     """Return what a program needs in its environment besides, so that the nodes that it starts are forked."""
@@ -33,14 +30,12 @@ def warm(python: Path, environment: Mapping[str, str]) -> dict[str, str]:
 @functools.cache
 def _forker(python: Path, starting: frozenset[tuple[str, str]]) -> bytes:
     """Return the address of a forking process for nodes that start with these variables."""
-    address = f"\0maya-test-nodes-{os.getpid()}-{next(_NUMBERS)}".encode()
-    fork_server.Forker.started(python, {**os.environ, **dict(starting)}, __name__, address)
-    return address
+    return fork_server.Forker.started(python, {**os.environ, **dict(starting)}, __name__).address
 
 
-def main(descriptor: int, address: bytes) -> None:
+def main(first: int, listening: int) -> None:
     """Load what nodes need, and serve."""
-    fork_server.serve(descriptor, address, _load, _begin)
+    fork_server.serve(first, listening, _load, _begin)
 
 
 def _load() -> None:
