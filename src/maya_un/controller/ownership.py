@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
+from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.numbers import parse_number
 from maya_un.controller.seek import brake
@@ -237,8 +238,13 @@ class Ownership:
             same, own = await _numbers(driver, f"(_IH{letter}0={_PEER})&(_IH{letter}1={_PORT})&{self.ours}", "_IA3")
         except (CommandRejected, IndexError):
             return  # it did not sign, or its handle is free
-        if same and own != handle:
+        if not same or own == handle:
+            return
+        try:
             await driver.send(f"IH{letter}=>-3")
+        except CommandRejected as rejected:
+            if rejected.details["tc"] != ErrorCode.HANDLE_CLOSED:  # it has ended in between
+                raise
 
 
 async def living_owner(driver: Driver) -> str:

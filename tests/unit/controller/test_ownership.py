@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 import pytest
 
 from dmc41x3.driver import Driver
+from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.commands import LINE_LIMIT
 from dmc41x3.wire.transport import Transport
 from maya_un.config.files import parse
@@ -15,6 +16,7 @@ from maya_un.controller.controller import GalilController
 from maya_un.controller.ownership import SILENT, Ownership
 from maya_un.controller.watchdog import Watchdog
 from maya_un.errors import (
+    CommandRejected,
     ControllerMoves,
     ControllerOwned,
     GuardNotRunning,
@@ -229,6 +231,29 @@ async def test_a_host_that_slept_before_it_signed_changes_nothing(monkeypatch: p
             assert all(command.startswith(("MG", "maya")) for command in commands_in(bytes(sent)))
             await other.gripper(False)
         await late.close()
+
+
+async def test_a_connection_that_ends_before_it_is_closed_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig(live=True) as bench:
+        await fall_silent(bench.controller)
+        former, send = bench.controller._monitor.link.driver, Driver.send
+        refused: list[int] = []
+
+        async def late(driver: Driver, command: str, *, timeout: float | None = None) -> str:
+            if command.startswith("IH"):
+                await former.close()
+                await elapse(0.1)
+            try:
+                return await send(driver, command, timeout=timeout)
+            except CommandRejected as rejected:
+                refused.append(int(str(rejected.details["tc"])))
+                raise
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Driver, "send", late)
+            async with opened(bench) as other:
+                assert await token(bench) == guard_of(other).owner.token
+        assert ErrorCode.HANDLE_CLOSED in refused
 
 
 async def stopped_before_begin(bench: Rig) -> tuple[asyncio.Task[None], asyncio.Event]:
