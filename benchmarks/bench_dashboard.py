@@ -33,7 +33,7 @@ from maya_un.dashboard.pages import BROTLI, SITE
 VIEWERS = 30
 RATE = 10
 SECONDS = 10.0
-"""Duration of one sample of the viewers' cost [s]: several parts of the job, whose own cost differs."""
+"""Duration of one sample of the viewers' cost [s]. It covers several steps of the job, because their costs differ."""
 
 CHROMIUM = "/usr/bin/chromium-headless-shell"
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--disable-background-networking"]

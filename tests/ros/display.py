@@ -17,7 +17,7 @@ Picture = NDArray[np.uint8]
 """Rows and columns of red, green and blue, shape (height, width, 3)."""
 
 RVIZ_CRASH = re.compile(rf"\[rviz-\d+\] process has died .*exit code -(?:{signal.SIGABRT:d}|{signal.SIGSEGV:d}),")
-"""What roslaunch writes after a crash of rviz: Debian's software renderer causes one now and then, at start or end."""
+"""roslaunch writes this after a crash of rviz. Debian's software renderer sometimes crashes as rviz starts or ends."""
 
 _WIDTH, _HEIGHT, _LINE, _COLOURS = 4, 5, 12, 19
 
