@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import degrees, hypot, tau
+from math import degrees, hypot, pi, tau
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
 
 from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
@@ -19,8 +19,8 @@ from maya_un.values import AXES, Joints
 MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""
 
-WHOLE_TURN = tau * (1.0 + 1e-10)
-"""Largest range of axis a [rad]: a number that was rounded to 11 digits, for example 6.2831853072, is not refused."""
+HALF_TURN = 3.141592654
+"""Half a turn, rounded up [rad]. An end of axis a may exceed a whole turn by this rounding, which `BoomConfig` removes."""
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0), LENGTH]
 """A coordinate in the base frame: a number [m] or a text like "500 mm"."""
@@ -236,8 +236,19 @@ class AxisConfig(ConfigSection):
 class BoomConfig(AxisConfig):
     """Axis a, which turns the boom."""
 
-    minimum: Annotated[float, Field(ge=-WHOLE_TURN / 2, le=10.0, description="lower end of the stroke [rad]"), ANGLE]
+    minimum: Annotated[float, Field(ge=-HALF_TURN, le=10.0, description="lower end of the stroke [rad]"), ANGLE]
     maximum: Annotated[float, Field(gt=0.0, le=10.0, description="upper end of the stroke [rad]"), ANGLE]
+
+    @field_validator("minimum")
+    @classmethod
+    def _not_rounded_down(cls, minimum: float) -> float:
+        return max(minimum, -pi)
+
+    @field_validator("maximum")
+    @classmethod
+    def _not_rounded_up(cls, maximum: float, info: ValidationInfo) -> float:
+        largest = min(info.data.get("minimum", 0.0), 0.0) + tau
+        return largest if largest < maximum <= largest + 2.0 * (HALF_TURN - pi) else maximum
 
 
 class LineConfig(AxisConfig):
@@ -298,10 +309,10 @@ class Axes(ConfigSection):
         for name, line in (("b", self.b), ("c", self.c)):
             if line.minimum < 0.0:
                 raise Contradiction(f"{name}.minimum", line.minimum, phrase("a line has a length, 0 or more"))
-        if self.a.maximum > WHOLE_TURN:
+        if self.a.maximum > tau:
             reason = phrase("it must be an angle in radians, at most 2 pi; this looks like degrees")
             raise Contradiction("a.maximum", self.a.maximum, reason)
-        if self.a.maximum - self.a.minimum > WHOLE_TURN:
+        if self.a.maximum > self.a.minimum + tau:
             reason = phrase("to maximum it is more than a whole turn, and a place would have two angles")
             raise Contradiction("a.minimum", self.a.minimum, reason)
         return self

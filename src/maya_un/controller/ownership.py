@@ -25,7 +25,6 @@ from typing import NamedTuple
 
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
-from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.numbers import parse_number
 from maya_un.controller.seek import brake
@@ -232,19 +231,24 @@ class Ownership:
 
     async def _fence(self, driver: Driver) -> None:
         """Close the connection of the former owner, so its late commands never arrive."""
+        letter = await self._former_handle(driver)
+        if letter is None:
+            return
+        try:
+            await driver.send(f"IH{letter}=>-3")
+        except CommandRejected:
+            if await self._former_handle(driver) is not None:
+                raise  # otherwise the connection has ended in between
+
+    async def _former_handle(self, driver: Driver) -> str | None:
+        """Return the letter of the handle on which the former owner is connected, None if there is none."""
         try:
             (handle,) = await _numbers(driver, _HANDLE)
             letter = LETTERS[handle]
             same, own = await _numbers(driver, f"(_IH{letter}0={_PEER})&(_IH{letter}1={_PORT})&{self.ours}", "_IA3")
         except (CommandRejected, IndexError):
-            return  # it did not sign, or its handle is free
-        if not same or own == handle:
-            return
-        try:
-            await driver.send(f"IH{letter}=>-3")
-        except CommandRejected as rejected:
-            if rejected.details["tc"] != ErrorCode.HANDLE_CLOSED:  # it has ended in between
-                raise
+            return None  # it did not sign, or its handle is free
+        return letter if same and own != handle else None
 
 
 async def living_owner(driver: Driver) -> str:

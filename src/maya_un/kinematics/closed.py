@@ -49,7 +49,10 @@ class ClosedForm:
     def measured(cls, lengths: tuple[float, float, float, float], boom: tuple[float, float]) -> Self:
         """Return the mechanism with these lengths H, D, Δ, Φ [m], and this range of axis a [rad]."""
         height, length, delta, drop = lengths
-        return cls(height, length, delta, drop, width=length - delta, turn_start=0.5 * (boom[0] + boom[1]) - pi)
+        # The angles begin in the middle of the directions that the boom cannot reach. If it can turn all the way round,
+        # they begin just before its lower end, which rounding must not turn into the upper one.
+        turn_start = min(0.5 * (boom[0] + boom[1]) - pi, boom[0] - 1e-9)
+        return cls(height, length, delta, drop, width=length - delta, turn_start=turn_start)
 
     @property
     def reach_down(self) -> float:

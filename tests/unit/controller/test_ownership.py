@@ -256,6 +256,22 @@ async def test_a_connection_that_ends_before_it_is_closed_is_no_error(monkeypatc
         assert ErrorCode.HANDLE_CLOSED in refused
 
 
+async def test_a_connection_that_cannot_be_closed_ends_the_take_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with rig(live=True) as bench:
+        await fall_silent(bench.controller)
+        send = Driver.send
+
+        async def wrong(driver: Driver, command: str, *, timeout: float | None = None) -> str:
+            return await send(driver, "IHA=>-9" if command.startswith("IH") else command, timeout=timeout)
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Driver, "send", wrong)
+            late, _ = another(bench)
+            with pytest.raises(CommandRejected):
+                await late.open()
+        await late.close()
+
+
 async def stopped_before_begin(bench: Rig) -> tuple[asyncio.Task[None], asyncio.Event]:
     """Have a host sleep between its proof and its BGS; the event wakes it."""
     driver = bench.controller._monitor.link.driver

@@ -15,6 +15,7 @@ from maya_un.config import CellConfig, Config, Geometry
 from maya_un.config.files import parse
 from maya_un.errors import InvalidConfig, Unreachable
 from maya_un.kinematics import Box, Cylinder, HalfSpace, Limit, Workspace
+from maya_un.manual import STROKES
 from maya_un.values import Joints, Point
 from tests.strategies import WORKSPACE, configuration
 
@@ -249,3 +250,18 @@ def test_zones_of_the_configuration_are_the_workspaces() -> None:
     zones = Workspace.of(parse({"zones": [table, post, wall]})).zones
     assert zones[:2] == GUARDED.zones
     assert zones[2] == HalfSpace("wall", Point(0.0, 2.0, 0.0), Point(0.0, -1.0, 0.0), 0.1)
+
+
+@pytest.mark.parametrize("minimum", [-pi, -3.0, -0.3, -0.1, 0.0])
+def test_a_boom_that_turns_all_the_way_round_reaches_its_lower_end(minimum: float) -> None:
+    """A homed axis ends short of its upper switch, so the place of both ends has the angle of the lower one."""
+    boom = {"minimum": minimum, "maximum": minimum + 2.0 * pi}
+    config = parse({"axes": {"a": boom}})
+    workspace = Workspace.of(config, ((minimum, minimum + 2.0 * pi - 0.002), *STROKES[1:]))
+    for angle in (minimum, minimum + 1e-12, minimum + 1e-4):
+        place = workspace.mechanism.fk(Joints(angle, 1.5, 1.5))
+        assert workspace.mechanism.ik(place).a == pytest.approx(angle, abs=1e-12)
+        assert workspace.nearest(place) == place
+    for angle in (minimum - 1e-12, minimum - 1e-4, minimum - 0.001):
+        place = workspace.mechanism.fk(Joints(angle, 1.5, 1.5))
+        assert workspace.why_not(workspace.nearest(place)) is None

@@ -16,7 +16,7 @@ import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from math import dist, isfinite, pi
+from math import dist, isfinite
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,7 @@ import numpy as np
 from dmc41x3.files import open_own, read_bytes, unwritable, writable_place
 from dmc41x3.i18n import phrase
 from maya_un.config import Config, Units
+from maya_un.config.model import HALF_TURN
 from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.kinematics.calibration import Observations
 from maya_un.values import AXES, Point
@@ -214,7 +215,7 @@ class _PointTable:
 
     def _require_possible(self, line: int, row: Sequence[float]) -> None:
         joints = [row[axis] / self._per_unit[axis] for axis in range(3)]
-        if abs(joints[0]) > 2.0 * pi:
+        if abs(joints[0]) > 2.0 * HALF_TURN:
             raise self._wrong(
                 line, self._columns["a"], row[0], phrase("that is {angle:.4g} rad, more than a turn", angle=joints[0])
             )
