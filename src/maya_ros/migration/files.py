@@ -31,7 +31,7 @@ MOST_BYTES = 4_000_000
 """Largest sum of the files that are read [bytes]."""
 
 DEEPEST = 100
-"""Most brackets within each other; the parser's time grows with their square."""
+"""Most nested brackets; the parser's time grows with their square."""
 
 _LEFT_OUT = frozenset(
     {"venv", "node_modules", "site-packages", "dist-packages", "__pycache__", "build", "devel", "install", "logs"}
@@ -126,7 +126,7 @@ class _Reading:
         return size
 
     def beside(self) -> Iterator[partial[int]]:
-        """Yield the reading of each Python file beside or below one that names something of the original."""
+        """Yield a function that reads each Python file beside or below a file that uses names of the original."""
         for path in self._others:
             if not self._folders.isdisjoint(path.parents):
                 yield partial(self._syntax, path)
@@ -267,7 +267,7 @@ def _python(text: str) -> Iterator[ScriptFinding]:
         depth = depth + 1 if bracket[0] in "([{" else max(depth - 1, 0)
         deepest = max(deepest, depth)
     if deepest > DEEPEST:
-        raise _Unfit(phrase("it has more than {most} brackets within each other", most=DEEPEST))
+        raise _Unfit(phrase("it has more than {most} nested brackets", most=DEEPEST))
     yield from python.read(text)
 
 

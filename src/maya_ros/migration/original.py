@@ -362,7 +362,7 @@ WIRING = Rule(
     marked("Maya sets CN from the configuration when it connects. A change by another program is a fault (2312). "
     "Homing finds switches that contradict the configuration."),
     marked("Delete the command; set `wiring.limit_active_level` in the configuration to {level}."),
-    example={"level": "1"},
+    example={"level": "1 (`CN 1`) or -1 (`CN -1`)"},
 )  # fmt: skip
 DYNAMICS = Rule(
     "dynamics", "`SP`, `AC`, `DC`",
@@ -381,7 +381,7 @@ GRIPPER = Rule(
 MOTORS_OFF = Rule(
     "motors-off", "`MO`",
     marked("With the motors off, drums that are not self-locking let the load sink."),
-    marked("To stop, run `maya stop` or publish on /stop_queue."),
+    marked("To stop, run `maya stop` or call /controller/stop. A message on /stop_queue also cancels all jobs."),
     Severity.CHECK,
 )  # fmt: skip
 ABORT = Rule(

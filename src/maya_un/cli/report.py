@@ -56,7 +56,7 @@ def _unknown(data: Mapping[str, Any], language: str) -> Iterator[str]:
     branches = any(step["step"].partition(" ")[0] == "if" for step in data["steps"])
     for name, part in data["parts"].items():
         if branches and data["state"] == "done" and part["place"] is not None and part["commanded"] is None:
-            text = marked("how far {part} is off is unknown: a branch decides whether and where the job puts it down")
+            text = marked("the deviation of {part} is unknown: a branch decides whether and where the job puts it down")
             yield translate(text, language, part=name)
 
 

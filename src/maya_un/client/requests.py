@@ -559,7 +559,7 @@ def jog_vector(vector: tuple[float, float, float], *, press: str | None = None) 
 
 
 def jog_release(press: str | None = None) -> Request[None]:
-    """End the held jog, with `press` only that of this press.
+    """End the held jog; with `press`, only if this press began it.
 
     `axis`, `direction`, `speed` and `vector` are accepted and ignored.
     """

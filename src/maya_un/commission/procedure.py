@@ -30,7 +30,7 @@ class SkippedByPerson(Exception):
 
 
 class LeftToPerson(Exception):
-    """A person does later what the step would do: the machine cannot do it."""
+    """The machine cannot do this step; a person does it later."""
 
 
 class QuitByPerson(Exception):
@@ -41,7 +41,7 @@ class QuitByPerson(Exception):
 class CommissioningStep:
     """A step: its stable `key`, its title, what it does (for people), and the steps that must have passed before.
 
-    A step that is needed `again` is repeated by every program that continues.
+    With `again`, every program that continues a commissioning repeats the step.
     """
 
     key: str

@@ -22,7 +22,7 @@ class ParameterMismatch(
 class NodeGone(
     MachineError,
     code=1011,
-    en="{node} has ended. The controller stopped its motion along the path. Start {node} again, then check "
+    en="{node} has ended, so the controller stopped the robot on its path. Start {node} again, then check "
     "the position of the robot before you continue.",
 ):
     """The node that executed the request has ended or does not exist; if only its action is known, that is named."""

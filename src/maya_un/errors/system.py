@@ -21,7 +21,7 @@ class InvalidConfig(
 class ConfigExists(
     RequestError,
     code=5018,
-    en="{path} cannot be begun: there is a file already. Edit it, or name another file: `maya config init FILE`.",
+    en="The file {path} exists already. Edit it, or name another file: `maya config init FILE`.",
 ):
     """A new configuration has the name of a file that exists."""
 

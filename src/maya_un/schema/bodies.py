@@ -123,7 +123,7 @@ class JogVector:
 
 @dataclass(frozen=True, slots=True)
 class JogRelease:
-    """End the held jog, with `press` only that of this press.
+    """End the held jog; with `press`, only if this press began it.
 
     `axis`, `direction`, `speed` and `vector` are accepted and ignored.
     """

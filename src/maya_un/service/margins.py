@@ -22,7 +22,10 @@ def reached(ranges: Ranges, joints: Joints, point: Point) -> Reach:
 
 
 class MarginSnapshot(NamedTuple):
-    """The position of the robot in its workspace (rad, m, m). A zone takes 0.1 ms, so the robot's loop has no time."""
+    """The position of the robot in its workspace (rad, m, m).
+
+    Call `view` outside the robot's loop: it computes for 0.1 ms for each zone.
+    """
 
     workspace: Workspace
     joints: Joints

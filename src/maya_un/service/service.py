@@ -235,7 +235,7 @@ class Service:
         return await self._held.steer(vector, press)
 
     async def jog_release(self, press: str | None = None) -> None:
-        """Stop a held jog on its path, with `press` only that of this press; do nothing without one."""
+        """Stop the held jog, if any, on its path; with `press`, only if this press began it."""
         await self._held.release(press)
 
     async def check_storage(self) -> str:

@@ -126,7 +126,7 @@ def test_the_report_says_why_a_deviation_is_unknown_after_a_branch() -> None:
     report = {**REPORT, "state": "done", "code": 0, "steps": steps}
     text = as_text(as_data(report, {"cube": (1.0, 0.5, 0.4), "lost": (0.0, 0.0, 0.0)}), "en")
     assert text.count("note: ") == 1
-    assert "note: how far lost is off is unknown: a branch decides whether and where the job puts it down" in text
+    assert "note: the deviation of lost is unknown: a branch decides whether and where the job puts it down" in text
     assert "note: " not in as_text(as_data({**report, "steps": [STEP]}, {"lost": (0.0, 0.0, 0.0)}), "en")
 
 

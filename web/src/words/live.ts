@@ -7,7 +7,7 @@ export const LIVE = words({
   side: ["Side", "Alzado"],
   workspace: ["Workspace", "Espacio de trabajo"],
   trace: ["Trace", "Rastro"],
-  path: ["Path", "Recorrido"],
+  path: ["Path", "Trayectoria"],
   next: ["Next move", "Movimiento siguiente"],
   previewed: ["Preview", "Previsualización"],
   nextIs: ["Next: {label}", "Sigue: {label}"],

@@ -13,7 +13,7 @@ export const WAYS = words({
 export const ABOUT = words({
   pauseNow: [
     "The robot brakes on its path and waits there. Resume continues the same motion.",
-    "El robot frena en su recorrido y espera allí. Reanudar continúa el mismo movimiento.",
+    "El robot frena sobre su trayectoria y espera allí. Reanudar continúa el mismo movimiento.",
   ],
   pauseStep: ["The robot ends its step, then waits. Resume begins the next step.", "El robot termina su paso y espera. Reanudar comienza el paso siguiente."],
   skip: ["A paused job leaves out its next step. Resume goes on with the step after it.", "Un trabajo en pausa deja fuera su paso siguiente. Reanudar sigue con el posterior."],

@@ -1,4 +1,4 @@
-"""The person at a twin: acts on its mechanics and looks at them, and never at what the controller reads."""
+"""A simulated person at the twin, who acts on its mechanics and sees only them, not the readings of the controller."""
 
 from __future__ import annotations
 

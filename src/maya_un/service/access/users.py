@@ -250,7 +250,7 @@ class ReadOnlyStore:
         return await asyncio.get_running_loop().run_in_executor(None, self._stamps) != self._seen
 
     async def load(self) -> tuple[list[User], list[Token]]:
-        """Return all users and tokens, none without a file; raises `StorageDamaged` and related errors."""
+        """Return all users and tokens, none if there is no file; raises `StorageDamaged` and related errors."""
         return await asyncio.get_running_loop().run_in_executor(None, self._load)
 
     async def apply(self, change: Change) -> None:
