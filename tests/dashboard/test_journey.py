@@ -131,7 +131,7 @@ def test_a_student_proposes_and_an_operator_approves(shared: TwinService, tab_of
         tab.page.goto(f"{shared.url}/queue")
     student.sign_in("ana", secret("ana"))
     composer = student.page.locator("[data-composer]")
-    composer.locator("[data-open-text]").click()
+    composer.locator("[data-open-text]").press("Enter")
     composer.locator(".names summary").click()
     composer.get_by_role("button", name="Añadir una pieza").click()
     composer.locator(".named input.name").fill("cubo")

@@ -61,7 +61,7 @@ async def test_task_without_a_deciding_node_reports_it_gone() -> None:
         ended = await bus.node("process_controller").do(TASK.name, TASK.type, HOME)
         assert ended.outcome is GoalStatus.ABORTED
         assert isinstance(error_of(ended.result), NodeGone)
-        assert ended.result["message"].startswith("robot_controller has ended.")
+        assert ended.result["message"].startswith("robot_controller has ended, so")
 
 
 async def test_missing_nodes_of_the_robot_layer_are_listed() -> None:
