@@ -299,6 +299,9 @@ class MayaMechanics:
         It evaluates free motion from now to `until`.
         """
         _, b, c = self._drives
+        until = min(until, max(b.rest(), c.rest()) + _AFTER)
+        if until <= self._now:
+            return inf  # lines at rest get no shorter
         level = max(self._shortest - GIVE, self._tightest())
         if b.bounds(self._now, until)[0] + c.bounds(self._now, until)[0] >= level:
             return inf
@@ -346,7 +349,7 @@ class MayaMechanics:
         """Return whether an axis moves now whose motor may be too weak to continue."""
         _, b, c = self._drives
         near = b.position + c.position <= self._tightest()
-        return any(drive.rest() > self._now for drive in [*self._weaklings(), *((b, c) if near else ())])
+        return any(drive.rest() + _AFTER > self._now for drive in [*self._weaklings(), *((b, c) if near else ())])
 
     def _within_strength(self, axis: int, place: float) -> float:
         """Return how far an axis gets towards `place` [counts] with its limited torque."""

@@ -536,6 +536,20 @@ def test_a_motor_with_torque_to_spare_goes_as_if_unlimited() -> None:
     assert limited.record.limited == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.parametrize("of_boom", [0.0, 5_000.0])
+@pytest.mark.parametrize("after", [0.0, 1e-9, 5e-7, 1e-6])
+def test_lines_at_rest_near_their_torque_limit_are_few_events(after: float, of_boom: float) -> None:
+    """The end of a motion may be evaluated a little late; the boom may still turn then."""
+    maya = powered(truth=TrueConstants(lag=(0.02, 0.02, 0.02)))
+    for axis in (B, C):
+        maya.limit_torque(axis, 1.1)
+    go(maya, A, of_boom, 1_000.0)
+    end = go(maya, B, -430_000.0, 45_000.0) + 0.02
+    run(maya, end + after)
+    assert maya.position(B) == pytest.approx(-430_000.0, abs=1.0)
+    assert len(run(maya, end + 0.2)) < 200
+
+
 def test_more_torque_lets_a_motor_catch_up() -> None:
     maya = powered()
     maya.limit_torque(B, 0.05)
