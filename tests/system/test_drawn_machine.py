@@ -19,8 +19,8 @@ from tests.system.processes import done, running
 
 pytestmark = pytest.mark.system
 
-SPEED = 200
-"""Factor of the twin's clock: a slow machine takes minutes for its homing."""
+SPEED = 50
+"""Factor of the twin's clock: a slow machine takes minutes for its homing. At 200, a busy computer reacts too late for it."""
 
 CLEAR = 0.05
 """The places are clear of every limit by this [m]: the gripper also goes above them."""
