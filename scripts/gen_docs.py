@@ -61,10 +61,10 @@ def errors_page() -> str:
 
 def _error_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Error codes\n"
-    yield "Every interface shows the same code and the same sentence. A *request* error means that a request or a step cannot"
-    yield "be done, or has ended early; the robot needs no recovery. A *machine* error means that the machine, its link or"
-    yield "this program did something unexpected; motion ends, and a person finds the cause. `{name}` stands for a detail of"
-    yield "the case; answers in JSON also contain it separately."
+    yield "Every interface shows the same code and the same sentence. A *request* error means that a request or a step"
+    yield "cannot be done, or has ended early; the robot needs no recovery. A *machine* error means that the machine,"
+    yield "its link or this program did something unexpected; motion ends, and a person finds the cause. `{name}`"
+    yield "stands for a detail of the case; answers in JSON also contain it separately."
     family = 0
     for code, leaf in by_code().items():
         if code // 1000 != family:

@@ -20,7 +20,7 @@ from tests.system.processes import done, running
 pytestmark = pytest.mark.system
 
 SPEED = 50
-"""Factor of the twin's clock: a slow machine takes minutes for its homing. At 200, a busy computer reacts too late for it."""
+"""Factor of the twin's clock: a slow machine takes minutes for its homing. At 200, a busy computer reacts too late."""
 
 CLEAR = 0.05
 """The places are clear of every limit by this [m]: the gripper also goes above them."""

@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from math import degrees, hypot, pi, tau
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import (
+    AfterValidator,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
 from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
@@ -20,7 +28,7 @@ MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""
 
 HALF_TURN = 3.141592654
-"""Half a turn, rounded up [rad]. An end of axis a may exceed a whole turn by this rounding, which `BoomConfig` removes."""
+"""Half a turn, rounded up [rad]. An end of axis a may exceed a turn by this rounding, which `BoomConfig` removes."""
 
 Coordinate = Annotated[float, Field(ge=-10.0, le=10.0), LENGTH]
 """A coordinate in the base frame: a number [m] or a text like "500 mm"."""

@@ -127,7 +127,9 @@ RULES: dict[Operation, AccessRule] = {
     Operation.STOP: AccessRule(Role.VIEWER, meaning="stop on the path"),
     Operation.ABORT: AccessRule(Role.VIEWER, meaning="stop without deceleration"),
     Operation.ME: AccessRule(Role.VIEWER, meaning="read your account, change your password, sign out"),
-    Operation.PROPOSE: AccessRule(Role.STUDENT, meaning="submit a job that needs approval; change and cancel your jobs"),
+    Operation.PROPOSE: AccessRule(
+        Role.STUDENT, meaning="submit a job that needs approval; change and cancel your jobs"
+    ),
     Operation.PAUSE: AccessRule(Role.STUDENT, meaning="pause on the path, or after the running step"),
     Operation.LEASE: AccessRule(Role.STUDENT, meaning="request the lease, accept an offer, release your lease"),
     Operation.RENEW: AccessRule(Role.STUDENT, meaning="renew your lease"),
