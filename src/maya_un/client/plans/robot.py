@@ -70,16 +70,16 @@ def command(command: Mapping[str, object], *, timeout: float | None = None) -> P
 
 def _taken_back(request: Request[JobReport]) -> Plan[None]:
     """Cancel a command whose answer was lost: repeating the request with its key returns the number of its job."""
-    number = (yield from request).id
-    yield from requests.cancel(number)
+    number = (yield from request.urgently()).id
+    yield from requests.cancel(number).urgently()
 
 
 def followed(number: int, since: int, timeout: float | None = None) -> Plan[JobReport]:
     """Wait for the end of a command; `since` is the number of an event before it. Raises as `command` does."""
     try:
         report = yield from ended(number, since, timeout)
-    except INTERRUPTED:
-        yield from requests.cancel(number)
+    except INTERRUPTED:  # the connection may be locked where Ctrl-C interrupted it
+        yield from requests.cancel(number).urgently()
         raise
     if report.state is not TaskState.DONE:
         raise transport.as_error(report.code, report.message)
