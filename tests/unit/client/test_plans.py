@@ -164,6 +164,7 @@ def test_interrupted_command_is_cancelled(interrupt: type[BaseException]) -> Non
     with pytest.raises(interrupt):
         player.perform(primitives.pick(0.5, 1.1))
     assert player.paths[-1] == "DELETE /v1/jobs/7"
+    assert player.asked[-1].urgent  # the interruption may have left the other connection locked
 
 
 def test_command_interrupted_before_its_answer_is_found_by_key_and_cancelled() -> None:
@@ -177,6 +178,7 @@ def test_command_interrupted_before_its_answer_is_found_by_key_and_cancelled() -
     with pytest.raises(KeyboardInterrupt):
         player.perform(primitives.pick(0.5, 1.1))
     assert player.paths[-3:] == ["POST /v1/tasks", "POST /v1/tasks", "DELETE /v1/jobs/7"]
+    assert [request.urgent for request in player.asked[-3:]] == [False, True, True]
     assert len({request.key for request in player.asked if request.method == "POST"}) == 1
 
 
