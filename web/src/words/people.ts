@@ -201,7 +201,7 @@ const OPERATIONS: Record<AuditedOperation, Words> = {
   calibrate: ["calibrate", "calibrar"],
   terminal: ["send a command to the controller", "enviar una orden al controlador"],
   users: ["manage users", "gestionar usuarios"],
-  me: ["change the own account", "cambiar la cuenta propia"],
+  me: ["change own account", "cambiar la cuenta propia"],
   read: ["read", "leer"],
   preview: ["preview a job", "previsualizar un trabajo"],
   "sign in": ["sign in", "entrar"],
