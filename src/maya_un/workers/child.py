@@ -35,7 +35,8 @@ def main() -> None:
     worker = _Worker(go)
     try:
         while True:
-            worker.take(*receive(come))
+            what, number, payload = receive(come)
+            worker.take(WorkerCommand(what), number, payload)
     except ClosedError:
         os._exit(0)
 
@@ -47,7 +48,7 @@ class _Worker:
         self._answers = answers
         self._under_way: dict[int, _WorkerTask] = {}
 
-    def take(self, ask: WorkerCommand, number: int, payload: bytes) -> None:
+    def take(self, ask: WorkerCommand, number: int, payload: bytearray) -> None:
         """Execute a command and answer it; a dropped request gets no answer."""
         match ask:
             case WorkerCommand.PREPARE:
@@ -89,7 +90,7 @@ class _WorkerTask:
         self._left = seconds
 
     @classmethod
-    def begun(cls, payload: bytes) -> _WorkerTask:
+    def begun(cls, payload: bytearray) -> _WorkerTask:
         """Return the requested work."""
         seconds, function, arguments = pickle.loads(payload)
         return cls(function(*arguments), seconds)

@@ -246,15 +246,15 @@ class Workers:
             request.began = not dropped
         if dropped:
             if began:
-                send(process.stdin.fileno(), WorkerCommand.FORGET, request.number, b"", within=within)
+                send(process.stdin.fileno(), WorkerCommand.FORGET, request.number, within=within)
             self._over(request, None)
             return
         ask, payload = (WorkerCommand.GO_ON, b"") if began else (WorkerCommand.BEGIN, request.payload)
-        send(process.stdin.fileno(), ask, request.number, payload, within=within)
+        send(process.stdin.fileno(), ask, request.number, payload, within)
         told, _, answer = receive(process.stdout.fileno(), within)
-        self._take(request, told, answer)
+        self._take(request, WorkerAnswer(told), answer)
 
-    def _take(self, request: WorkRequest, told: WorkerAnswer, payload: bytes) -> None:
+    def _take(self, request: WorkRequest, told: WorkerAnswer, payload: bytearray) -> None:
         match told:
             case WorkerAnswer.MORE:
                 pass
@@ -281,7 +281,7 @@ class Workers:
                 self._process = process = _started()
             assert process.stdin is not None
             os.set_blocking(process.stdin.fileno(), False)
-            send(process.stdin.fileno(), WorkerCommand.PREPARE, 0, self._prepare, within=self._bounds.patience)
+            send(process.stdin.fileno(), WorkerCommand.PREPARE, 0, self._prepare, self._bounds.patience)
         return self._process
 
     def _ended(self, error: Exception) -> int:

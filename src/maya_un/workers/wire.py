@@ -1,20 +1,28 @@
-"""The protocol between a worker and its pool: the length of a message in four bytes, then a pickle.
+"""The protocol between a worker and its pool: what a message is, the number of its request, its length, its payload.
+
+The payload is a pickle, or nothing.
 
 Both ends are processes of this program, over pipes that no other process has; no foreign pickle is ever read.
 """
 
 from __future__ import annotations
 
+import copyreg
 import io
 import os
 import pickle
 import select
 import struct
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import IntEnum
+from functools import cache
+from operator import attrgetter, methodcaller
 from typing import Any
 
-_LENGTH = struct.Struct(">I")
+_Reduction = Callable[[Any], Any]
+
+_HEAD = struct.Struct(">BQI")
 _AT_ONCE = 1 << 20
 
 
@@ -43,26 +51,51 @@ class WorkerAnswer(IntEnum):
     FAILED = 6
 
 
-class _Pickler(pickle.Pickler):
-    """Pickles compiled dataclasses too.
+def _restored(kind: Any, *values: Any) -> Any:
+    """Return an object of a dataclass with the values of its fields."""
+    made = kind.__new__(kind)
+    for name, value in zip(_names(kind), values, strict=True):
+        object.__setattr__(made, name, value)
+    return made
 
-    pickle restores an object by setting its attributes, which a frozen dataclass refuses. Python gives such a class
-    methods for this; mypyc does not.
+
+@cache
+def _names(kind: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
+
+
+def _by_fields(kind: Any) -> _Reduction:
+    """Return how to reduce an object of a dataclass to the values of its fields."""
+    names = _names(kind)
+    if len(names) < 2:
+        return lambda value: (_restored, (kind, *(getattr(value, name) for name in names)))
+    values = attrgetter(*names)
+    return lambda value: (_restored, (kind, *values(value)))
+
+
+class _Reductions(dict[type, _Reduction]):
+    """How to reduce an object for a pickle, by its class. pickle looks a class up in C, so each is looked at once.
+
+    Frozen dataclasses are reduced to their fields. pickle restores other objects by setting their attributes, which a
+    frozen dataclass refuses. For this Python gives it methods, if it has slots, but they are slow; mypyc gives it none.
     """
 
-    def reducer_override(self, value: Any) -> Any:
-        """Return how to restore an object of a compiled dataclass."""
-        kind: Any = type(value)
-        if hasattr(kind, "__mypyc_attrs__") and is_dataclass(kind):
-            return _restored, (kind, tuple(getattr(value, field.name) for field in fields(kind)))
-        return NotImplemented
+    def __missing__(self, kind: type[Any]) -> _Reduction:
+        """Return how to reduce an object of a class that was not met before; raises `KeyError` for a class itself."""
+        if issubclass(kind, type):
+            raise KeyError(kind)
+        fixed = "__slots__" in vars(kind) or hasattr(kind, "__mypyc_attrs__")
+        if fixed and is_dataclass(kind) and kind.__reduce__ is object.__reduce__:
+            reduction = _by_fields(kind)
+        else:
+            usual = methodcaller("__reduce_ex__", pickle.HIGHEST_PROTOCOL)
+            reduction = copyreg.dispatch_table.get(kind, usual)
+        self[kind] = reduction
+        return reduction
 
 
-def _restored(kind: Any, values: tuple[Any, ...]) -> Any:
-    made = kind.__new__(kind)
-    for field, value in zip(fields(kind), values, strict=True):
-        object.__setattr__(made, field.name, value)
-    return made
+class _Pickler(pickle.Pickler):
+    dispatch_table = _Reductions()
 
 
 def pickled(value: object) -> bytes:
@@ -80,13 +113,12 @@ class StuckError(Exception):
     """The other end neither reads nor writes."""
 
 
-def send(pipe: int, *message: Any, within: float | None = None) -> None:
-    """Send a message through a pipe; raises `ClosedError`.
+def send(pipe: int, what: int, number: int, payload: bytes = b"", within: float | None = None) -> None:
+    """Send a message about the request `number` through a pipe; raises `ClosedError`.
 
     With `within` the pipe must not block; raises `StuckError` if no data moves for `within` [s].
     """
-    data = pickled(message)
-    view = memoryview(_LENGTH.pack(len(data)) + data)
+    view = memoryview(_HEAD.pack(what, number, len(payload)) + payload)
     try:
         while view:
             _await(pipe, select.POLLOUT, within)
@@ -95,10 +127,13 @@ def send(pipe: int, *message: Any, within: float | None = None) -> None:
         raise ClosedError from error
 
 
-def receive(pipe: int, within: float | None = None) -> Any:
-    """Wait for a message and return it; raises `ClosedError`, and `StuckError` if no data comes `within` [s]."""
-    (length,) = _LENGTH.unpack(_exactly(pipe, _LENGTH.size, within))
-    return pickle.loads(_exactly(pipe, length, within))
+def receive(pipe: int, within: float | None = None) -> tuple[int, int, bytearray]:
+    """Wait for a message; return what it is, the number of its request and its payload.
+
+    Raises `ClosedError`, and `StuckError` if no data comes `within` [s].
+    """
+    what, number, length = _HEAD.unpack(_exactly(pipe, _HEAD.size, within))
+    return what, number, _exactly(pipe, length, within)
 
 
 def _exactly(pipe: int, length: int, within: float | None) -> bytearray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import pickle
+import re
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +16,7 @@ import pytest
 
 from dmc41x3.loops import run, run_virtual
 from maya_un.errors import InternalError, InvalidJob, TakesTooLong, TooLarge, TooMuchAsked, WorkerFailed
+from maya_un.values import Mode, Point
 from maya_un.workers import ComputeLimits, Workers
 from maya_un.workers.wire import pickled
 from tests.unit.workers import tasks
@@ -200,6 +202,26 @@ class Compiled:
         return None, {"size": self.size, "parts": self.parts}
 
 
-def test_a_compiled_dataclass_goes_through_the_pipe() -> None:
-    value = [Compiled(1.0, (Compiled(2.0),))]
+@dataclass(frozen=True, slots=True)
+class Fixed:
+    """A frozen dataclass with slots."""
+
+    name: str
+    size: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Wider(Fixed):
+    """One that inherits fields."""
+
+    part: Fixed | None = None
+
+
+def test_every_kind_of_value_goes_through_the_pipe() -> None:
+    value = [
+        Compiled(1.0, (Compiled(2.0),)), Fixed("a"), Wider("b", 2.0, Fixed("c")), Wider, Mode, Mode.IDLE,
+        Point(1, 2, 3), InvalidJob, re.compile("[a-z]"), {1: {2}, "x": frozenset({b"y"})}, 1j,
+    ]  # fmt: skip
     assert pickle.loads(pickled(value)) == value
+    error = pickle.loads(pickled(InvalidJob(key="a", reason="b")))
+    assert (type(error), error.details) == (InvalidJob, {"key": "a", "reason": "b"})
