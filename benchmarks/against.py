@@ -1,9 +1,10 @@
 """Measures this checkout beside another one: `scripts/bench --against FOLDER [--rounds N] [--output FILE] [NAME...]`.
 
-Each benchmark runs in both checkouts in turn, and the cases of the same name are compared by their best figures. A
-benchmark runs again, at most `--rounds` times, while one of its figures is more than 5 % worse than in the other
-checkout: a computer that did something else for a moment makes no figure worse for good. The checkouts change places
-after each round.
+Each benchmark runs in both checkouts in turn, and the cases of the same name are compared by the samples of all
+rounds: by the best, or by the median if the benchmark compares medians. A benchmark runs again, at most `--rounds`
+times, while one of its figures is more than 5 % greater than in the other checkout. At the end, such a figure is worse
+unless a rank test of all samples finds that the difference is due to chance. The checkouts change places after each
+round.
 """
 
 from __future__ import annotations
@@ -12,18 +13,24 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from statistics import median
 from typing import Any
 
+from scipy.stats import mannwhitneyu
+
 from benchmarks.computer import computer
-from scripts.performance_results import WORSE, Compared, Comparison, read_comparison, write_comparison
+from scripts.performance_results import Compared, Comparison, read_comparison, write_comparison
 
 ROOT = Path(__file__).resolve().parent.parent
 Figures = dict[str, dict[str, Any]]
 """The figures of a benchmark by the names of their cases: the fields of `harness.Figure`."""
+
+PICKED: dict[str, Callable[[list[float]], float]] = {"min": min, "median": median, "max": max}
+"""The functions that pick the sample to compare, by their names in a figure."""
 
 
 def main() -> None:
@@ -58,18 +65,18 @@ def commit(folder: Path) -> str:
 
 
 def compared(folder: Path, name: str, rounds: int) -> list[Compared]:
-    """Run a benchmark in both checkouts, again while a figure is worse, and return the cases of this one."""
-    before: Figures = {}
-    after: Figures = {}
+    """Run a benchmark in both checkouts, again while a figure is greater, and return the cases of this one."""
+    before: list[Figures] = []
+    after: list[Figures] = []
     cases: list[Compared] = []
     for number in range(rounds):
         if number % 2 == 0:
-            before = better(before, figures(folder, name))
-        after = better(after, figures(ROOT, name))
+            before.append(figures(folder, name))
+        after.append(figures(ROOT, name))
         if number % 2 == 1:
-            before = better(before, figures(folder, name))
+            before.append(figures(folder, name))
         cases = list(paired(name, before, after))
-        if not any(case.ratio is not None and case.ratio > WORSE for case in cases):
+        if not any(case.greater for case in cases):
             break
     return cases
 
@@ -85,28 +92,46 @@ def figures(folder: Path, name: str) -> Figures:
     return {figure["name"]: figure for text in run.stdout.splitlines() for figure in json.loads(text)}
 
 
-def better(first: Figures, second: Figures) -> Figures:
-    """Return every case with the better of its two figures."""
-    return {
-        name: min((some[name] for some in (first, second) if name in some), key=lambda figure: float(figure["best"]))
-        for name in {**first, **second}
-    }
+def paired(benchmark: str, before: Sequence[Figures], after: Sequence[Figures]) -> Iterator[Compared]:
+    """Yield the cases of `after` beside those of the same name, each with the samples of all its rounds.
 
-
-def paired(benchmark: str, before: Figures, after: Figures) -> Iterator[Compared]:
-    """Yield the cases of `after` beside those of the same name."""
-    for name, figure in after.items():
-        old = before.get(name, {})
+    Another checkout may be too old to tell its samples; then the best ones are compared.
+    """
+    for name in dict.fromkeys(name for figures in after for name in figures):
+        figure, samples = pooled(name, after)
+        old, old_samples = pooled(name, before)
+        ours, theirs = figure["best"], old.get("best")
+        if old_samples:
+            picked = PICKED[figure["by"]]
+            ours, theirs = picked(samples), picked(old_samples)
         yield Compared(
-            benchmark, name, figure["unit"], old.get("best"), figure["best"],
-            figure["goal"], figure["goal_is"], old.get("compared"), figure["compared"],
+            benchmark, name, figure["unit"], theirs, ours,
+            figure["goal"], figure["goal_is"], old.get("compared"), figure["compared"], chance(old_samples, samples),
         )  # fmt: skip
+
+
+def pooled(name: str, rounds: Sequence[Figures]) -> tuple[dict[str, Any], list[float]]:
+    """Return the best figure of a case, {} without one, and all its samples."""
+    found = [figures[name] for figures in rounds if name in figures]
+    best = min(found, key=lambda figure: float(figure["best"]), default={})
+    return best, [sample for figure in found for sample in figure.get("samples", ())]
+
+
+def chance(before: Sequence[float], after: Sequence[float]) -> float | None:
+    """Return the probability that samples of equal checkouts differ as much, `after` being greater; None without any.
+
+    Mann and Whitney: On a test of whether one of two random variables is stochastically larger than the other, 1947.
+    """
+    if not before:
+        return None
+    return float(mannwhitneyu(after, before, alternative="greater").pvalue)
 
 
 def line(case: Compared) -> str:
     """Return the row of the table."""
     before = "" if case.before is None else f"{case.before:.3f}"
-    ratio = "" if case.ratio is None else f"{case.ratio:.2f}{'  WORSE' if case.ratio > WORSE else ''}"
+    mark = "  WORSE" if case.worse else f"  by chance, {case.chance:.0%}" if case.greater else ""
+    ratio = "" if case.ratio is None else f"{case.ratio:.2f}{mark}"
     goal = "" if case.goal is None else f"  {case.reached:.2f} {case.goal_is} (at most {case.goal:g})"
     return f"{case.name:60} {before:>12} {case.after:12.3f} {case.unit:2} {ratio}{goal}{'  MISSED' * case.missed}"
 

@@ -48,7 +48,10 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """The result of a case: best, median and worst in `unit`, and the number that its goal is about."""
+    """The result of a case: best, median and worst in `unit`, and the number that its goal is about.
+
+    `samples` has all of them, in `unit`; `by` is the name of the function that picks the one to compare.
+    """
 
     name: str
     unit: str
@@ -60,6 +63,8 @@ class Figure:
     goal: float | None
     goal_is: str | None
     met: bool | None
+    samples: list[float]
+    by: str
 
 
 def timed(work: Callable[[], object], calls: int = 1) -> Sample:
@@ -109,10 +114,10 @@ def measure(
             samples[case.name].append(case.sample())
     together = list(zip(*samples.values(), strict=True)) if paired else [tuple(map(by, samples.values()))]
     picked = [dict(zip(samples, some, strict=True)) for some in together]
-    return [_figure(case, samples[case.name], picked) for case in cases]
+    return [_figure(case, samples[case.name], picked, by.__name__) for case in cases]
 
 
-def _figure(case: Case, samples: list[float], picked: list[dict[str, float]]) -> Figure:
+def _figure(case: Case, samples: list[float], picked: list[dict[str, float]], by: str) -> Figure:
     scale = SCALES[case.unit]
     goal = case.goal
     compared = None if goal is None else median(_compared(some[case.name], goal, some, scale) for some in picked)
@@ -127,6 +132,8 @@ def _figure(case: Case, samples: list[float], picked: list[dict[str, float]]) ->
         goal=None if goal is None else goal.most,
         goal_is=None if goal is None else _meaning(goal, case.unit),
         met=None if goal is None or compared is None else compared <= goal.most,
+        samples=[sample * scale for sample in samples],
+        by=by,
     )
 
 

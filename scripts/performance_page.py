@@ -8,6 +8,7 @@ from textwrap import fill
 
 from performance_results import (
     BARE,
+    CHANCE,
     COMPILED,
     GOALS,
     OURS,
@@ -117,13 +118,20 @@ A figure is the best of all rounds. One that is printed bold misses its goal. Th
 
 SERVICES_TEXT = """
 These benchmarks start programs that serve others. *Before* is the commit {before}, *now* is the commit {after}. The
-figures are from {date}: {machine}. Most of them are times by the clock, so they also contain what else the computer
-did. The bare programs run nothing of Maya: a difference between their two times shows how uncertain the others are.
+figures are from {date}: {machine}. A figure is the median of all samples, or the best where they scatter little. Most
+figures are times by the clock, so they also contain what else the computer did. The bare programs run nothing of Maya:
+a difference between their two times shows how uncertain the others are.
 """
 
 MISSED_TEXT = """
 Decisions [69](../decisions/0069-compiled-modules-are-optional.md) and
 [71](../decisions/0071-limits-of-the-speed.md) give the reasons why the other goals are not reached.
+"""
+
+
+CHANCE_TEXT = """
+These are more than {limit:.0%} greater, but their samples differ no more than those of two equal programs can: a rank
+test (Mann-Whitney) gives such a difference a probability of {chance:.0%} or more. It stands behind each figure:
 """
 
 
@@ -296,16 +304,29 @@ def _reached_goals(now: Comparison, faster: Mapping[tuple[str, str], Compared]) 
         f"Of {len(cases)} goals, {len(cases) - len(missed)} are reached{', as source or compiled' if faster else ''}."
         + (f" {MISSED_TEXT}" if missed else "")
     )
-    worse = [case for case in now.cases if case.ratio is not None and case.ratio > WORSE]
-    old = sum(case.ratio is not None for case in now.cases)
+    old = [case for case in now.cases if case.ratio is not None]
+    worse = [case for case in now.cases if case.worse]
+    scattered = [case for case in now.cases if case.greater and not case.worse]
+    kept = len(old) - len(worse) - len(scattered)
     yield "\n" + _wrapped(
-        f"Of the {old} figures that both commits have, with and without a goal, {old - len(worse)} are at most "
+        f"Of the {len(old)} figures that both commits have, with and without a goal, {kept} are at most "
         f"{WORSE - 1.0:.0%} worse than before." + (" These are worse:" if worse else "")
     )
-    if worse:
+    yield from _changes(worse)
+    if scattered:
+        yield "\n" + _wrapped(CHANCE_TEXT.format(limit=WORSE - 1.0, chance=CHANCE))
+    yield from _changes(scattered)
+
+
+def _changes(cases: Sequence[Compared]) -> Iterator[str]:
+    if cases:
         yield ""
-    for case in worse:
-        yield f"- {case.benchmark}, {case.name}: {_figure(case.before, case)} before, {_figure(case.after, case)} now."
+    for case in cases:
+        chance = "" if case.worse else f" ({case.chance:.0%})"
+        yield (
+            f"- {case.benchmark}, {case.name}: {_figure(case.before, case)} before, {_figure(case.after, case)} "
+            f"now{chance}."
+        )
 
 
 def _goal(case: Compared) -> str:

@@ -25,7 +25,10 @@ COMPILED = FOLDER / "compiled.json"
 """Compiled modules beside the same ones as source."""
 
 WORSE = 1.05
-"""A figure is worse than the one before if it is more than this multiple of it."""
+"""A figure is worse than the one before if it is more than this multiple of it, and not by chance."""
+
+CHANCE = 0.01
+"""A difference is due to chance if it would come up with this probability or more in two equal checkouts."""
 
 KEPT = 2
 """Number of runs that are kept: the page compares their ratios."""
@@ -117,7 +120,10 @@ class Run:
 
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """A case of a benchmark in two checkouts: its best figures, in `unit`; `before` is None if it is a new case.
+    """A case of a benchmark in two checkouts, in `unit`; `before` is None if it is a new case.
+
+    Compared are the best of all samples, or their medians if the benchmark asks for it. `chance` is the probability
+    that samples of two equal checkouts differ as much by chance (Mann-Whitney test, one-sided), None if unknown.
 
     A `goal` is the most that `goal_is` may be: this figure, or what becomes of it beside another case ("× NAME", "ms
     over NAME"), which is `reached` now and was `reached_before`.
@@ -132,11 +138,22 @@ class Compared:
     goal_is: str | None = None
     reached_before: float | None = None
     reached: float | None = None
+    chance: float | None = None
 
     @property
     def ratio(self) -> float | None:
         """This figure divided by the one before."""
         return self.after / self.before if self.before else None
+
+    @property
+    def greater(self) -> bool:
+        """Whether this figure is more than `WORSE` times the one before."""
+        return self.ratio is not None and self.ratio > WORSE
+
+    @property
+    def worse(self) -> bool:
+        """Whether this figure is greater, and not by chance."""
+        return self.greater and (self.chance is None or self.chance < CHANCE)
 
     @property
     def missed(self) -> bool:

@@ -90,19 +90,24 @@ def test_a_goal_that_is_missed_is_bold_and_a_figure_that_is_worse_is_named(
     results, page = modules("performance_results"), modules("performance_page")
     better = results.Compared("b", "one", "ms", 2.0, 1.0, 1.5, "ms", 2.0, 1.0)
     worse = results.Compared("b", "two", "ms", 1.0, 2.0, 1.5, "ms", 1.0, 2.0)
-    stored = replace(results.read_comparison(results.GOALS), cases=[better, worse])
+    sure = results.Compared("b", "three", "ms", 1.0, 1.06, chance=0.0099)
+    scattered = results.Compared("b", "four", "ms", 1.0, 1.5, chance=0.0101)
+    stored = replace(results.read_comparison(results.GOALS), cases=[better, worse, sure, scattered])
     faster = replace(stored, cases=[replace(worse, reached=1.2)])
     monkeypatch.setattr(page, "read_comparison", lambda path: stored if path == results.GOALS else faster)
     text = page.page()
     assert "| b | one | 1.5 ms | **2** | 1 |  |" in text
     assert "| b | two | 1.5 ms | 1 | **2** | 1.2 |" in text
     assert "Of 2 goals, 2 are reached, as source or compiled." in text
-    assert "- b, two: 1 ms before, 2 ms now." in text
+    assert "Of the 4 figures that both commits have, with and without a goal, 1 are at most 5% worse" in text
+    assert "- b, two: 1 ms before, 2 ms now.\n- b, three: 1 ms before, 1.06 ms now.\n" in text
+    assert "- b, four: 1 ms before, 1.5 ms now (1%).\n" in text
 
 
-def figure(best: float) -> dict[str, dict[str, Any]]:
+def figure(*samples: float, by: str = "min") -> dict[str, dict[str, Any]]:
     """Return the figures of a benchmark with one case."""
-    return {"case": {"unit": "ms", "best": best, "goal": None, "goal_is": None, "compared": None}}
+    told = {"unit": "ms", "best": min(samples), "samples": list(samples), "by": by}
+    return {"case": {**told, "goal": None, "goal_is": None, "compared": None}}
 
 
 def test_a_benchmark_runs_again_while_it_is_worse(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -111,6 +116,39 @@ def test_a_benchmark_runs_again_while_it_is_worse(monkeypatch: pytest.MonkeyPatc
     (case,) = against.compared(tmp_path, "b", 3)
     assert (case.before, case.after) == (1.0, 1.01)
     assert all(len(left) == 1 for left in runs.values())
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "by", "ratio", "worse"),
+    [
+        ([1.0, 5.0, 9.0], [1.2, 5.0, 9.0], "min", 1.2, False),
+        ([1.0, 5.0, 9.0], [1.2, 5.0, 9.0], "median", 1.0, False),
+        ([1.0, 1.1, 1.2, 1.3, 1.4], [1.5, 1.6, 1.7, 1.8, 1.9], "median", 1.7 / 1.2, True),
+        ([1.0, 1.1, 1.2, 1.3, 1.4], [1.01, 1.6, 1.7, 1.8, 1.9], "min", 1.01, False),
+    ],
+)
+def test_a_figure_is_worse_unless_its_samples_scatter(
+    before: list[float], after: list[float], by: str, ratio: float, *, worse: bool
+) -> None:
+    (case,) = against.paired("b", [figure(*before, by=by)], [figure(*after, by=by)])
+    assert case.ratio == pytest.approx(ratio)
+    assert case.worse == worse
+    assert ("WORSE" in against.line(case), "by chance" in against.line(case)) == (worse, case.greater and not worse)
+
+
+def test_the_samples_of_all_rounds_are_compared() -> None:
+    rounds = [figure(1.0), figure(3.0, 4.0)]
+    (case,) = against.paired("b", rounds, [figure(2.0), figure(6.0, by="median")])
+    assert (case.before, case.after) == (1.0, 2.0)
+    (case,) = against.paired("b", rounds, [figure(2.0, 7.0, 6.0, by="median")])
+    assert (case.before, case.after) == (3.0, 6.0)
+
+
+def test_a_checkout_that_tells_no_samples_is_compared_by_its_best_figure() -> None:
+    old = figure(1.0)
+    del old["case"]["samples"], old["case"]["by"]
+    (case,) = against.paired("b", [old], [figure(1.04, 9.0, 9.0, by="median")])
+    assert (case.before, case.after, case.chance) == (1.0, 1.04, None)
 
 
 def test_figures_of_other_benchmarks_are_kept_while_the_commits_are_the_same(
