@@ -330,7 +330,9 @@ def _event_of(message: aiomqtt.Message) -> Event | None:
     """Return the event in a message, None for other messages. A command without an id takes its correlation data."""
     _, _, robot, kind = message.topic.value.split("/")
     try:
-        data = _writable(json.loads(message.payload))
+        data = json.loads(message.payload)
+        if b"\\" in message.payload or not message.payload.isascii():
+            data = _writable(data)
     except (ValueError, RecursionError):
         return None
     if not isinstance(data, dict) or kind not in {"connection", "progress", "results", "commands"}:
