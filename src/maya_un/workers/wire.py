@@ -1,7 +1,6 @@
-"""The protocol between a worker and its pool: what a message is, the number of its request, its length, its payload.
+"""The protocol between a worker and its pool.
 
-The payload is a pickle, or nothing.
-
+A message has a head (its kind, the number of its request, the length of its payload) and a payload: a pickle or empty.
 Both ends are processes of this program, over pipes that no other process has; no foreign pickle is ever read.
 """
 
@@ -74,10 +73,10 @@ def _by_fields(kind: Any) -> _Reduction:
 
 
 class _Reductions(dict[type, _Reduction]):
-    """How to reduce an object for a pickle, by its class. pickle looks a class up in C, so each is looked at once.
+    """How to reduce an object for a pickle, by its class. pickle itself finds a known class here, without Python code.
 
-    Frozen dataclasses are reduced to their fields. pickle restores other objects by setting their attributes, which a
-    frozen dataclass refuses. For this Python gives it methods, if it has slots, but they are slow; mypyc gives it none.
+    Dataclasses with slots, and compiled ones, are reduced to their fields. pickle restores other objects by setting
+    their attributes, which a frozen dataclass refuses. Python's methods for this are slow, and mypyc has none.
     """
 
     def __missing__(self, kind: type[Any]) -> _Reduction:
