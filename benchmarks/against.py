@@ -3,8 +3,9 @@
 Each benchmark runs in both checkouts in turn, and the cases of the same name are compared by the samples of all
 rounds: by the best, or by the median if the benchmark compares medians. A benchmark runs again, at most `--rounds`
 times, while one of its figures is more than 5 % greater than in the other checkout. At the end, such a figure is worse
-unless a rank test of all samples finds that the difference is due to chance. The checkouts change places after each
-round.
+unless a rank test of all samples finds that the difference is due to chance. The test takes samples for independent,
+but those of one round resemble each other: a figure that is worse after one or two rounds may be so by chance. The
+checkouts change places after each round.
 """
 
 from __future__ import annotations
