@@ -25,7 +25,7 @@ from actionlib_msgs.msg import GoalStatus
 PATIENCE = 30.0
 """Longest wait for a service, an action's server or a topic's reader [s]."""
 ATTEMPTS = 3
-"""Attempts to be heard by a topic's readers within that time."""
+"""Attempts to reach an action's server or a topic's readers within that time."""
 
 _telling = Lock()
 _publishers: dict[str, _Publisher] = {}
@@ -132,12 +132,12 @@ def _connected_client(action: str, type: str) -> ActionClient:
 
     rospy matches dead connections by file descriptor (`_TopicImpl.check`), without a lock. If a killed server is
     started again, rospy may close the new connection for the old one, and does not connect again. So register again
-    after half of the time, as a person does who restarts the program.
+    after a while, as a person does who restarts the program.
     """
-    for _ in range(2):
+    for _ in range(ATTEMPTS):
         if action not in _clients:
             _clients[action] = ActionClient(action, _message_class(f"{type}Action"))
-        if _clients[action].wait_for_server(rospy.Duration.from_sec(PATIENCE / 2)):
+        if _clients[action].wait_for_server(rospy.Duration.from_sec(PATIENCE / ATTEMPTS)):
             return _clients[action]
         _clients.pop(action).stop()
     raise LookupError(f"no node serves {action}")
