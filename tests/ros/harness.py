@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import signal
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from ipaddress import IPv4Address
 from pathlib import Path
 from types import TracebackType
 from typing import Any, cast
@@ -35,6 +37,14 @@ SPEED = 20
 
 ROSOUT = "/usr/lib/rosout/rosout"
 """The node that collects logs, as Debian installs it."""
+
+ADDRESSES = itertools.count(os.getpid() * 256)
+"""Numbers of loopback addresses, other ones in each process of the tests."""
+
+
+def own_address() -> str:
+    """Return an address on the loopback that no other program has."""
+    return str(IPv4Address("127.1.0.0") + next(ADDRESSES) % 2**23)
 
 
 class Ros:
@@ -81,8 +91,13 @@ class Ros:
         """Start a program on this graph; `environment` is laid over its environment.
 
         If that changes how an interpreter starts, the nodes that the program starts are not forked.
+
+        A program that uses rospy has an address of its own. The master keeps the address of a killed node, and nodes
+        connect to it again and again: on a common address, its port may belong to a new node by then, also to one on
+        another master. roscpp knows only one loopback address.
         """
-        over = environment or {}
+        own = {"ROS_IP": own_address()} if command[0] in (str(python()), "rosservice", "rostopic") else {}
+        over = {**own, **(environment or {})}
         known = {name: value for name, value in self.environment.items() if name != FORKER or not starting(over)}
         program = Program(command, {**known, **over})
         self._programs.append(program)
@@ -178,6 +193,11 @@ class Ros:
         with self._connected(service) as (link, _):
             yield link
 
+    def connection_to(self, service: str) -> socket.socket:
+        """Return a new connection to the node of a service, without a header."""
+        at = urlsplit(self.ask_master("lookupService", service))
+        return socket.create_connection((at.hostname or "", at.port or 0), 40.0)
+
     def service_type(self, service: str) -> str:
         """Return the type of a service, as `rosservice type` asks its node for it."""
         with self._connected(service, "probe=1") as (_, fields):
@@ -186,10 +206,9 @@ class Ros:
     @contextmanager
     def _connected(self, service: str, *extra: str) -> Iterator[tuple[socket.socket, dict[str, str]]]:
         """Give a connection to a service, and the fields of the header that its node sends."""
-        at = urlsplit(self.ask_master("lookupService", service))
         fields = [f"service={service}", "md5sum=*", "callerid=/test", *extra]
         header = b"".join(struct.pack("<I", len(field)) + field.encode() for field in fields)
-        with socket.create_connection((at.hostname or "", at.port or 0), 40.0) as link:
+        with self.connection_to(service) as link:
             link.sendall(struct.pack("<I", len(header)) + header)
             (length,) = struct.unpack("<I", link.recv(4, socket.MSG_WAITALL))
             yield link, _fields(link.recv(length, socket.MSG_WAITALL))

@@ -60,6 +60,7 @@ def _read(message: dict[str, Any]) -> dict[str, Any]:
 def ros(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace) -> Iterator[Ros]:
     with Ros(tmp_path_factory.mktemp("graph"), workspace) as shared:
         shared.set_param("/maya/speed", 10.0)
+        shared.set_param("/actionlib_client_pub_queue_size", 100)  # of the 10 by default, a loaded machine drops goals
         yield shared
 
 
@@ -162,6 +163,17 @@ def test_disconnected_caller_has_its_answer_cancelled(ros: Ros, peer: Peer) -> N
     peer.says("asked", before)
     peer.do("cancel")
     assert peer.says("cancelled", before)["of"] == "service"
+
+
+@pytest.mark.usefixtures("peer")
+@pytest.mark.waits("5 s: a node waits so long for the header of a connection")
+def test_client_that_sends_no_header_keeps_nobody_from_connecting(ros: Ros, driver: Driver) -> None:
+    """So does a node that looks for a killed one whose port this one has now: it sends a request of HTTP, and waits."""
+    assert driver.call("/peer/late")["success"]
+    with ros.connection_to("/peer/late") as silent:
+        silent.sendall(b"POST / HTTP/1.1\r\n")
+        assert driver.call("/peer/late")["success"]
+        assert silent.recv(1) == b""
 
 
 def test_service_expected_before_it_was_served_is_called_without_a_master(ros: Ros, peer: Peer) -> None:

@@ -30,6 +30,7 @@ from xmlrpc.client import ServerProxy
 import rosgraph
 import rospy
 from rospy.impl.rosout import RosOutHandler
+from rospy.impl.tcpros_base import TCPROSServer
 
 import maya_ros
 from dmc41x3.i18n import phrase
@@ -164,6 +165,37 @@ def leave() -> None:
         _LOG.removeHandler(handler)
 
 
+HEADER = 5.0
+"""Longest wait for bytes of the header of a new connection [s]."""
+
+HEADERS = 64
+"""Most connections whose headers are read at a time; further ones wait."""
+
+
+def read_headers_in_threads() -> None:
+    """Read the header of each new connection in a thread, with a bound; call before `rospy.init_node`.
+
+    rospy reads it in the thread that accepts connections, without a bound. So a client that sends nothing would keep
+    all others from connecting, also one that calls a stop. Such a client exists: the master keeps the address of a
+    killed node, others connect to it again, and the port may belong to this node by then.
+    """
+    handle = TCPROSServer._tcp_server_callback
+    free = threading.BoundedSemaphore(HEADERS)
+
+    def read(server: TCPROSServer, link: socket.socket, address: object) -> None:
+        try:
+            handle(server, link, address)
+        finally:
+            free.release()
+
+    def accept(server: TCPROSServer, link: socket.socket, address: object) -> None:
+        free.acquire()
+        link.settimeout(HEADER)  # until rospy answers the header: then it makes the socket blocking again
+        threading.Thread(target=read, args=(server, link, address), name="maya-header", daemon=True).start()
+
+    TCPROSServer._tcp_server_callback = accept
+
+
 DONE = 0
 """Exit code of a node that ended on request."""
 
@@ -245,6 +277,7 @@ def run(name: str, serve: Serve, *, scaled: bool = True) -> int:
         settle_namespace()
         require_master()
         require_sole(name)
+        read_headers_in_threads()
         rospy.init_node(name, disable_signals=True)
         write_in_thread()
         rospy.on_shutdown(ending.ask_and_wait)
