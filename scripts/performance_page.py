@@ -118,8 +118,9 @@ A figure is the best of all rounds. One that is printed bold misses its goal. Th
 
 SERVICES_TEXT = """
 These benchmarks start programs that serve others. *Before* is the commit {before}, *now* is the commit {after}. The
-figures are from {date}: {machine}. Most of them are times by the clock, so they also contain what else the computer
-did. The bare programs run nothing of Maya: a difference between their two times shows how uncertain the others are.
+figures are from {date}: {machine}. A figure is the best sample of all rounds, or the median if the benchmark compares
+medians. Most of them are times by the clock, so they also contain what else the computer did. The bare programs run
+nothing of Maya: a difference between their two times shows how uncertain the others are.
 """
 
 MISSED_TEXT = """
