@@ -138,7 +138,7 @@ class LaunchedLayers:
 
         Return the number of earlier messages.
         """
-        self.at_speed(0.02)
+        self.at_speed(0.01)
         before = self.mark()
         self.begun("approach", self.away())
         return before

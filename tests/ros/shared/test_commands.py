@@ -14,7 +14,7 @@ from tests.ros.launched_layers import HERE, THERE, LaunchedLayers, near, primiti
 pytestmark = pytest.mark.system
 
 MAYA = str(Path(sys.executable).with_name("maya"))
-SLOW = 0.02
+SLOW = 0.01
 """Share of the speed at which a motion outlasts the start of a few commands."""
 
 

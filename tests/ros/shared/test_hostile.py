@@ -14,7 +14,7 @@ from tests.ros.launched_layers import LaunchedLayers
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(300)]
 
-SLOW = 0.02
+SLOW = 0.01
 """Share of the speed at which a motion outlasts the requests."""
 
 WITHIN = 1.0
