@@ -168,7 +168,7 @@ def test_disconnected_caller_has_its_answer_cancelled(ros: Ros, peer: Peer) -> N
 @pytest.mark.usefixtures("peer")
 @pytest.mark.waits("5 s: a node waits so long for the header of a connection")
 def test_client_that_sends_no_header_keeps_nobody_from_connecting(ros: Ros, driver: Driver) -> None:
-    """So does a node that looks for a killed one whose port this one has now: it sends a request of HTTP, and waits."""
+    """A node that looks for a killed one may reach this one at the same port: it sends an HTTP request, and waits."""
     assert driver.call("/peer/late")["success"]
     with ros.connection_to("/peer/late") as silent:
         silent.sendall(b"POST / HTTP/1.1\r\n")

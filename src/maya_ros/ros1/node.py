@@ -165,10 +165,10 @@ def leave() -> None:
         _LOG.removeHandler(handler)
 
 
-HEADER = 5.0
+HEADER_TIMEOUT = 5.0
 """Longest wait for bytes of the header of a new connection [s]."""
 
-HEADERS = 64
+HEADERS_AT_ONCE = 64
 """Most connections whose headers are read at a time; further ones wait."""
 
 
@@ -180,7 +180,7 @@ def read_headers_in_threads() -> None:
     killed node, others connect to it again, and the port may belong to this node by then.
     """
     handle = TCPROSServer._tcp_server_callback
-    free = threading.BoundedSemaphore(HEADERS)
+    free = threading.BoundedSemaphore(HEADERS_AT_ONCE)
 
     def read(server: TCPROSServer, link: socket.socket, address: object) -> None:
         try:
@@ -190,7 +190,7 @@ def read_headers_in_threads() -> None:
 
     def accept(server: TCPROSServer, link: socket.socket, address: object) -> None:
         free.acquire()
-        link.settimeout(HEADER)  # until rospy answers the header: then it makes the socket blocking again
+        link.settimeout(HEADER_TIMEOUT)  # until rospy answers the header: then it makes the socket blocking again
         threading.Thread(target=read, args=(server, link, address), name="maya-header", daemon=True).start()
 
     TCPROSServer._tcp_server_callback = accept
