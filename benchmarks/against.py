@@ -3,9 +3,10 @@
 Each benchmark runs in both checkouts in turn, and the cases of the same name are compared by the samples of all
 rounds: by the best, or by the median if the benchmark compares medians. A benchmark runs again, at most `--rounds`
 times, while one of its figures is more than 5 % greater than in the other checkout. At the end, such a figure is worse
-unless a rank test of all samples finds that the difference is due to chance. The test takes samples for independent,
-but those of one round resemble each other: a figure that is worse after one or two rounds may be so by chance. The
-checkouts change places after each round.
+unless a rank test finds that the difference is due to chance. The test takes its values for independent, but samples
+of one round resemble each other. So it has one value of each round. Fewer than five rounds are too few for that: then
+it takes all samples, and some figures that it finds worse are so by chance. The checkouts change places after each
+round.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ import argparse
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from itertools import chain
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -30,8 +32,11 @@ ROOT = Path(__file__).resolve().parent.parent
 Figures = dict[str, dict[str, Any]]
 """The figures of a benchmark by the names of their cases: the fields of `harness.Figure`."""
 
-PICKED: dict[str, Callable[[list[float]], float]] = {"min": min, "median": median, "max": max}
+PICKED: dict[str, Callable[[Iterable[float]], float]] = {"min": min, "median": median, "max": max}
 """The functions that pick the sample to compare, by their names in a figure."""
+
+ENOUGH = 5
+"""With fewer rounds no order of their values has a chance below `CHANCE`: 1 of 70 with four, 1 of 252 with five."""
 
 
 def main() -> None:
@@ -101,31 +106,36 @@ def paired(benchmark: str, before: Sequence[Figures], after: Sequence[Figures]) 
     for name in dict.fromkeys(name for figures in after for name in figures):
         figure, samples = pooled(name, after)
         old, old_samples = pooled(name, before)
-        ours, theirs = figure["best"], old.get("best")
+        ours, theirs, by_chance = figure["best"], old.get("best"), None
         if old_samples:
             picked = PICKED[figure["by"]]
-            ours, theirs = picked(samples), picked(old_samples)
+            ours, theirs = picked(chain(*samples)), picked(chain(*old_samples))
+            by_chance = chance(old_samples, samples, picked)
         yield Compared(
             benchmark, name, figure["unit"], theirs, ours,
-            figure["goal"], figure["goal_is"], old.get("compared"), figure["compared"], chance(old_samples, samples),
+            figure["goal"], figure["goal_is"], old.get("compared"), figure["compared"], by_chance,
         )  # fmt: skip
 
 
-def pooled(name: str, rounds: Sequence[Figures]) -> tuple[dict[str, Any], list[float]]:
-    """Return the best figure of a case, {} without one, and all its samples."""
+def pooled(name: str, rounds: Sequence[Figures]) -> tuple[dict[str, Any], list[list[float]]]:
+    """Return the best figure of a case, {} without one, and the samples of each round that has some."""
     found = [figures[name] for figures in rounds if name in figures]
     best = min(found, key=lambda figure: float(figure["best"]), default={})
-    return best, [sample for figure in found for sample in figure.get("samples", ())]
+    return best, [figure["samples"] for figure in found if figure.get("samples")]
 
 
-def chance(before: Sequence[float], after: Sequence[float]) -> float | None:
-    """Return the probability that samples of equal checkouts differ as much, `after` being greater; None without any.
+def chance(
+    before: Sequence[list[float]], after: Sequence[list[float]], picked: Callable[[Iterable[float]], float]
+) -> float:
+    """Return the probability that samples of equal checkouts differ as much, `after` being greater.
+
+    The samples are those of each round. Of `ENOUGH` rounds or more, the samples that are `picked` are compared.
 
     Mann and Whitney: On a test of whether one of two random variables is stochastically larger than the other, 1947.
     """
-    if not before:
-        return None
-    return float(mannwhitneyu(after, before, alternative="greater").pvalue)
+    enough = min(len(before), len(after)) >= ENOUGH
+    old, new = ([picked(each) for each in rounds] if enough else list(chain(*rounds)) for rounds in (before, after))
+    return float(mannwhitneyu(new, old, alternative="greater").pvalue)
 
 
 def line(case: Compared) -> str:

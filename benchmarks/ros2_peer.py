@@ -1,4 +1,4 @@
-"""A program in the graph of ROS 2 for `bench_ros2.py`, by DDS alone: it calls services, serves one, or reads topics.
+"""A program in the graph of ROS 2 for `bench_ros2*.py`, by DDS alone: it calls services, serves one, or reads topics.
 
 ros2_peer.py calls          reads "COUNT SERVICE" from stdin, and answers with the median time of a call [s]
 ros2_peer.py serves         serves /bench/empty, a std_srvs/Trigger, with nothing but the library
@@ -8,8 +8,11 @@ ros2_peer.py reads COUNT    has COUNT readers of /joint_states and COUNT of /may
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from statistics import median
 from typing import Any
 
@@ -31,6 +34,31 @@ ASKED: dict[str, tuple[tuple[Any, Any], dict[str, Any]]] = {
     ),
 }
 """The types of each service, and the request to it."""
+
+
+LOOPBACK = (
+    '<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces></General>'
+    '<Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>'
+    "</Domain></CycloneDDS>"
+)
+"""Nothing leaves this machine."""
+
+
+def use_loopback() -> None:
+    """Give this process and its children a graph of ROS 2 that no other computer sees."""
+    os.environ["CYCLONEDDS_URI"] = LOOPBACK
+    os.environ["ROS_DOMAIN_ID"] = "97"
+
+
+@contextmanager
+def running(*what: str) -> Iterator[subprocess.Popen[str]]:
+    """Run this program for the length of the block."""
+    command = [sys.executable, __file__, *what]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def calls(peer: stranger.Peer) -> None:

@@ -130,8 +130,8 @@ Decisions [69](../decisions/0069-compiled-modules-are-optional.md) and
 
 
 CHANCE_TEXT = """
-These are more than {limit:.0%} greater, but their samples differ no more than those of two equal programs can: a rank
-test (Mann-Whitney) gives such a difference a probability of {chance:.0%} or more. It stands behind each figure:
+These are more than {limit:.0%} greater, but two equal programs can differ as much: a rank test (Mann-Whitney) gives
+such a difference a probability of {chance:.0%} or more. It stands behind each figure:
 """
 
 

@@ -123,7 +123,7 @@ class Compared:
     """A case of a benchmark in two checkouts, in `unit`; `before` is None if it is a new case.
 
     Compared are the best of all samples, or their medians if the benchmark asks for it. `chance` is the probability
-    that samples of two equal checkouts differ as much by chance (Mann-Whitney test, one-sided), None if unknown.
+    that measurements of two equal checkouts differ as much (Mann-Whitney test, one-sided), None if unknown.
 
     A `goal` is the most that `goal_is` may be: this figure, or what becomes of it beside another case ("× NAME", "ms
     over NAME"), which is `reached` now and was `reached_before`.

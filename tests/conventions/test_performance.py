@@ -144,6 +144,24 @@ def test_the_samples_of_all_rounds_are_compared() -> None:
     assert (case.before, case.after) == (3.0, 6.0)
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "worse"),
+    [
+        ([1.0, 1.0, 1.0, 2.0, 2.0], [1.0, 1.0, 2.0, 2.0, 2.0], False),
+        ([1.0, 1.0, 1.0, 2.0], [1.0, 2.0, 2.0, 2.0], True),  # too few: all samples count
+        ([1.0, 1.0, 1.0, 1.1, 1.2], [1.3, 1.3, 1.4, 1.5, 1.6], True),
+    ],
+)
+def test_five_rounds_count_once_each(before: list[float], after: list[float], *, worse: bool) -> None:
+    """Each round has nine samples that differ little from one another."""
+    both = [
+        [figure(*[middle + 0.001 * k for k in range(9)], by="median") for middle in side] for side in (before, after)
+    ]
+    (case,) = against.paired("b", *both)
+    assert case.greater
+    assert case.worse == worse
+
+
 def test_a_checkout_that_tells_no_samples_is_compared_by_its_best_figure() -> None:
     old = figure(1.0)
     del old["case"]["samples"], old["case"]["by"]
