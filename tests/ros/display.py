@@ -67,10 +67,13 @@ class Display:
         return rows[:, : int(header[_WIDTH]), 2::-1].copy()
 
     def windows(self) -> list[str]:
-        """Return the titles of the windows that are open."""
+        """Return the titles of the windows that are open.
+
+        There may be too few if one closes meanwhile: xwininfo then ends early.
+        """
         told = subprocess.run(
             ["xwininfo", "-root", "-tree"],
-            env={**os.environ, "DISPLAY": self.name}, stdout=subprocess.PIPE, text=True, check=True,
+            env={**os.environ, "DISPLAY": self.name}, stdout=subprocess.PIPE, text=True, check=False,
         )  # fmt: skip
         return [line.split('"')[1] for line in told.stdout.splitlines() if line.count('"') >= 2]
 

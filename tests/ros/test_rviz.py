@@ -20,11 +20,14 @@ BOOM = np.array((0.96, 0.69, 0.10))
 SCENE = np.s_[70:760, 370:1260]
 """The pixels of the scene, right of the list of displays."""
 
+TABLE = (95, 95, 94)
+"""The colour of the table's top as rviz draws it."""
+
 DRAWN = 120.0
 """Longest time until rviz without a graphics card has drawn, on a busy machine [s]."""
 
 STARTS = 3
-"""Maximum number of launches until rviz is up: it may crash as it starts (`RVIZ_CRASH`)."""
+"""Maximum number of launches until rviz has drawn the scene: it may crash before (`RVIZ_CRASH`)."""
 
 pytestmark = pytest.mark.timeout(600)
 
@@ -37,17 +40,23 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Display]:
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory: pytest.TempPathFactory, workspace: Workspace, display: Display) -> Iterator[LaunchedLayers]:
-    """All layers with rviz, whose window is open."""
+    """All layers with rviz, which has drawn the scene."""
     for start in range(STARTS):
         folder = tmp_path_factory.mktemp("shown")
         with launched_layers(folder, workspace, environment=display.environment, core_debug=False, speed=QUICK) as up:
             up.ros.until(lambda: died(up) or "urdf.rviz - RViz" in display.windows(), "the window of rviz", DRAWN)
+            up.ros.until(lambda: died(up) or has_table(display.picture()), "the table", DRAWN)
             if RVIZ_CRASH.search(up.launched.said) and start < STARTS - 1:
                 continue
             assert not died(up)
             up.ros.until_nodes("/rviz", "/robot_state_publisher")
             yield up
             return
+
+
+def has_table(picture: Picture) -> bool:
+    """Tell whether the scene shows the table."""
+    return bool((picture[SCENE] == TABLE).all(axis=2).sum() > 20_000)
 
 
 def boom(picture: Picture) -> np.ndarray:
