@@ -81,7 +81,7 @@ class Queue:
         try:
             async with self._started():
                 gc.collect()
-                return 1e-6 * tracemalloc.get_traced_memory()[0] / QUEUED
+                return tracemalloc.get_traced_memory()[0] / QUEUED
         finally:
             tracemalloc.stop()
 
@@ -118,7 +118,7 @@ def main() -> None:
         cases = [
             Case(f"start, {QUEUED} jobs wait", queue.start(), "ms", Goal(3000.0)),
             Case(f"clear {QUEUED} jobs", queue.clear(), "ms", Goal(2000.0)),
-            Case("memory of a job that waits, in bytes", queue.memory(), goal=Goal(42.0)),
+            Case("memory of a job that waits", queue.memory(), "B", goal=Goal(42.0)),
             Case(EMPTY, empty.resident, "MB"),
             Case("process, 10000 jobs wait", some.resident, "MB", Goal(5.0, to=EMPTY, kind="over")),
             Case(f"process, {QUEUED} jobs wait", queue.resident, "MB", Goal(12.0, to=EMPTY, kind="over")),

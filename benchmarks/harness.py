@@ -23,7 +23,7 @@ Sample = Callable[[], float]
 Kind = Literal["ratio", "over"]
 """How a case compares with its baseline: as a multiple of it, or by how much it lies over it."""
 
-SCALES = {"s": 1.0, "ms": 1e3, "µs": 1e6, "MB": 1e-6, "mm": 1e3}
+SCALES = {"s": 1.0, "ms": 1e3, "µs": 1e6, "B": 1.0, "MB": 1e-6, "mm": 1e3}
 """From seconds, bytes or metres to what the table shows."""
 
 
