@@ -1,7 +1,7 @@
 """The CPU time that ROS 2 costs `maya up` in a second, with homed robots at rest.
 
 Measured are `maya up` without ROS 2, with it, and with 20 readers of /joint_states and of /maya_position, which
-together are 100 messages in a second. The homing takes four minutes before.
+together are 100 messages in a second. Homing comes first, and takes four minutes.
 """
 
 from __future__ import annotations
