@@ -30,7 +30,7 @@ from maya_un.process.spec.job import SKILLS
 from maya_un.process.spec.statements import STATEMENTS
 from maya_un.robot.primitives import PRIMITIVES
 from maya_un.robot.primitives.primitive import JointTarget, Nothing, Primitive, Switch, Target
-from maya_un.schema.people import RoleName
+from maya_un.schema.choices import RoleName
 from maya_un.service.access.control import SIGN_IN
 from maya_un.service.access.operations import Operation
 from maya_un.service.permissions import ACTIONS

@@ -73,7 +73,9 @@ def test_a_parsed_command_imports_nothing_of_the_robot(line: str, tmp_path: Path
 
 @pytest.mark.parametrize("line", ONLY_PARSED)
 def test_help_of_a_command_imports_only_the_parser(line: str, tmp_path: Path) -> None:
-    assert heavy(line, tmp_path) == {"typer"}
+    loaded = imported(line, tmp_path)
+    assert HEAVY & loaded == {"typer"}
+    assert {name for name in loaded if name.startswith("maya_un.schema.")} == {"maya_un.schema.choices"}
 
 
 def test_the_link_to_supervisors_loads_no_robot_and_no_service() -> None:
@@ -87,6 +89,11 @@ def test_the_link_to_supervisors_loads_no_robot_and_no_service() -> None:
 
 def heavy(line: str, tmp_path: Path) -> set[str]:
     """Return the heavy modules that a command line imports."""
+    return HEAVY & imported(line, tmp_path)
+
+
+def imported(line: str, tmp_path: Path) -> set[str]:
+    """Return the modules that a command line imports."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, *line.split()],
         env={
@@ -100,4 +107,4 @@ def heavy(line: str, tmp_path: Path) -> set[str]:
         text=True,
         check=True,
     )
-    return HEAVY & set(json.loads(done.stderr.splitlines()[-1]))
+    return set(json.loads(done.stderr.splitlines()[-1]))

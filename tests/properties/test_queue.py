@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from maya_un.errors import EndNotReached, MayaError, PathRefused, Stopped
 from maya_un.events import Event, JobAdvanced, StepAdvanced
 from maya_un.robot.primitives import Home
-from maya_un.schema.jobs import TRANSITIONS, OnFailure, QueueMode, TaskState
+from maya_un.schema.choices import OnFailure
+from maya_un.schema.jobs import TRANSITIONS, QueueMode, TaskState
 from tests.queues import Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 

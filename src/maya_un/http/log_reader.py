@@ -11,7 +11,8 @@ from typing import Any, cast
 
 from dmc41x3.files import unreadable
 from maya_un.http.log import MOST_BYTES, MOST_FILES
-from maya_un.schema.diagnosis import LEVELS, LogEntry, LogLevel
+from maya_un.schema.choices import LogLevel
+from maya_un.schema.diagnosis import LEVELS, LogEntry
 
 EVENTS = "maya.events"
 """The logger of events, which the journal also contains."""

@@ -50,7 +50,8 @@ from maya_un.process.spec.tasks import Recall, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives import Primitive
 from maya_un.robot.robot import Robot
-from maya_un.schema.jobs import JobReport, PauseReason, RecoveryChoice, TaskState
+from maya_un.schema.choices import RecoveryChoice
+from maya_un.schema.jobs import JobReport, PauseReason, TaskState
 from maya_un.schema.previews import JobInspection, JobPreview
 from maya_un.values import Mode
 from maya_un.workers import WorkerSet

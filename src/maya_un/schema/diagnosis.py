@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any, Literal, TypeAlias, get_args
 
-LogLevel = Literal["debug", "info", "warning", "error", "critical"]
+from maya_un.schema.choices import LogLevel
 
 LEVELS: tuple[LogLevel, ...] = get_args(LogLevel)
 """Log levels, in ascending order."""

@@ -9,13 +9,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
+from maya_un.schema.choices import OnFailure
 from maya_un.values import Joints, Notice, Point, State
-
-MOST_PRIORITY = 100
-"""The greatest priority of a job; the least is its opposite."""
-
-MOST_RETRIES = 10
-"""The greatest number of repetitions of a failed step."""
 
 MOST_DEPENDENCIES = 100
 """The greatest number of jobs that another one waits for."""
@@ -77,33 +72,6 @@ def advance(old: TaskState, new: TaskState) -> TaskState:
     if new not in TRANSITIONS[old]:
         raise ValueError(f"{new} cannot follow {old}")
     return new
-
-
-class OnFailure(StrEnum):
-    """Effect of a refused job on the queue; after a fault of the machine the queue always pauses."""
-
-    CONTINUE = "continue"
-    PAUSE = "pause"
-
-
-class RecoveryChoice(StrEnum):
-    """The decision about an interrupted job.
-
-    `resume` repeats the interrupted step, or counts it as done if the gripper shows that it was done; `redo` repeats
-    it; `skip` leaves it out; `abort` ends the job.
-    """
-
-    RESUME = "resume"
-    REDO = "redo"
-    SKIP = "skip"
-    ABORT = "abort"
-
-
-PauseTime = Literal["after step", "now"]
-"""When the queue pauses: after the running step, or now, with the step held on its path."""
-
-QueueEnd = Literal["first", "last"]
-"""An end of the queue."""
 
 
 class QueueMode(StrEnum):

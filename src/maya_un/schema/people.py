@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from maya_un.schema.choices import RoleName
 from maya_un.values import Notice
-
-RoleName = Literal["viewer", "student", "operator", "admin"]
 
 LONGEST = 12 * 3600.0
 """Longest time for which a lease is valid without being renewed [s]."""

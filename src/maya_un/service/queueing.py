@@ -22,7 +22,8 @@ from maya_un.process.spec.stored import version_of
 from maya_un.recorder.recorder import Recorder
 from maya_un.recorder.recording import SavingCause, TimeSpan
 from maya_un.recorder.scope import require_columns, sampled
-from maya_un.schema.jobs import JobLine, JobReport, PauseTime, QueueEnd, QueueView
+from maya_un.schema.choices import PauseTime, QueueEnd
+from maya_un.schema.jobs import JobLine, JobReport, QueueView
 from maya_un.schema.people import AuditLine
 from maya_un.schema.recordings import ScopeView
 from maya_un.schema.robot import EventMessage, Kept

@@ -27,7 +27,8 @@ from maya_un.errors import (
     ServiceNotRunning,
     TooManyRequests,
 )
-from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, QueueMode, QueueView, TaskState
+from maya_un.schema.choices import OnFailure
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, QueueMode, QueueView, TaskState
 from maya_un.schema.people import LeaseTaken, LeaseView
 from maya_un.schema.robot import EventMessage
 from tests.unit.client.plan_player import Player

@@ -5,7 +5,7 @@ import pytest
 from maya_un.errors import InvalidRequest, InvalidValue
 from maya_un.process.journal.protocol import JobOptions
 from maya_un.process.queue.editing import DEFAULT_OPTIONS, checked_options, read_options
-from maya_un.schema.jobs import OnFailure
+from maya_un.schema.choices import OnFailure
 
 
 def test_missing_option_keeps_its_value() -> None:

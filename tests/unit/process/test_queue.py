@@ -20,7 +20,8 @@ from maya_un.errors import (
 from maya_un.events import JobAdvanced, QueueChanged, StepAdvanced
 from maya_un.process.queue import runner
 from maya_un.robot.primitives import Gripper, Home
-from maya_un.schema.jobs import OnFailure, PauseReason, QueueMode, TaskState
+from maya_un.schema.choices import OnFailure
+from maya_un.schema.jobs import PauseReason, QueueMode, TaskState
 from tests.queues import PICK_AND_PLACE, Machine, QueueBench, job, submit_request
 from tests.virtual_time import elapse
 

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from maya_un.errors import AnswerNeeded, InvalidValue
 from maya_un.process.queue.recovery import RecoveryDecision, RecoverySituation, choices, decide
-from maya_un.schema.jobs import TRANSITIONS, RecoveryChoice, TaskState
+from maya_un.schema.choices import RecoveryChoice
+from maya_un.schema.jobs import TRANSITIONS, TaskState
 
 COMMANDS = ("home", "pick", "place", "approach", "line", "gripper", "move")
 

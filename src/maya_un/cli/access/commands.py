@@ -9,7 +9,7 @@ import typer
 from maya_un.cli.settings import settings_of
 from maya_un.errors import InvalidCommandLine
 from maya_un.quantities import duration
-from maya_un.schema.people import RoleName
+from maya_un.schema.choices import RoleName
 
 Name = Annotated[str, typer.Argument(metavar="NAME", help="letters, digits, . _ and -")]
 MaybeName = Annotated[str | None, typer.Argument(metavar="[NAME]", help="default: yourself")]

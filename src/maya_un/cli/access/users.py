@@ -35,7 +35,7 @@ from maya_un.service.access.users import Change, FileStore, Token, User
 from maya_un.service.people import checked_name
 
 if TYPE_CHECKING:
-    from maya_un.schema.people import RoleName
+    from maya_un.schema.choices import RoleName
 
 _ADMIN = "admin"
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from maya_un.cli.settings import settings_of
-from maya_un.schema.diagnosis import LogLevel
+from maya_un.schema.choices import LogLevel
 
 
 def register(app: typer.Typer, how: dict[str, Any]) -> None:

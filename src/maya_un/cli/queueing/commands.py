@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maya_un.cli.settings import settings_of
-from maya_un.schema.jobs import MOST_PRIORITY, MOST_RETRIES, OnFailure, QueueEnd, RecoveryChoice
+from maya_un.schema.choices import MOST_PRIORITY, MOST_RETRIES, OnFailure, QueueEnd, RecoveryChoice
 
 
 def _priority(default: str) -> Any:

@@ -15,7 +15,8 @@ from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.client.request import Request
 from maya_un.errors import InvalidCommandLine
-from maya_un.schema.jobs import QueueEnd, TaskState
+from maya_un.schema.choices import QueueEnd
+from maya_un.schema.jobs import TaskState
 
 AT_REST = 120.0
 """Longest wait for a change of the queue, which may have to stop the robot first [s]."""

@@ -15,7 +15,7 @@ from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
 from maya_un.client import requests
 from maya_un.errors import InvalidCommandLine
-from maya_un.schema.jobs import RecoveryChoice
+from maya_un.schema.choices import RecoveryChoice
 
 _COMMAND = "maya queue recover"
 

@@ -22,7 +22,8 @@ from maya_un.http.request_context import Ask
 from maya_un.http.routes.system import readiness
 from maya_un.http.routing import AT_REST, Routes
 from maya_un.schema.bodies import ControllerCommand
-from maya_un.schema.diagnosis import Diagnosis, LogEntry, LogLevel
+from maya_un.schema.choices import LogLevel
+from maya_un.schema.diagnosis import Diagnosis, LogEntry
 from maya_un.schema.encoding import to_data
 from maya_un.schema.recordings import ScopeView
 from maya_un.schema.robot import TerminalReply

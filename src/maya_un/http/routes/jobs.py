@@ -31,8 +31,9 @@ from maya_un.process.journal.protocol import (
     Priority,
     Retries,
 )
+from maya_un.schema.choices import OnFailure
 from maya_un.schema.encoding import MOST
-from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, OnFailure, TaskState
+from maya_un.schema.jobs import JobAccepted, JobLine, JobReport, TaskState
 from maya_un.schema.previews import ExampleJob, JobInspection, JobPreview, JobText, ParsedJob
 from maya_un.service.access.operations import Operation
 from maya_un.service.previews import MOST_SAMPLES

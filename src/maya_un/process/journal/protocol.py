@@ -10,17 +10,9 @@ from pydantic import AfterValidator, Field
 
 from dmc41x3.i18n import phrase
 from maya_un.process.queue_order import QueueOrder
+from maya_un.schema.choices import MOST_PRIORITY, MOST_RETRIES, OnFailure, RoleName
 from maya_un.schema.encoding import MOST
-from maya_un.schema.jobs import (
-    LONGEST_NOTES,
-    MOST_DEPENDENCIES,
-    MOST_PRIORITY,
-    MOST_RETRIES,
-    OnFailure,
-    PauseReason,
-    TaskState,
-)
-from maya_un.schema.people import RoleName
+from maya_un.schema.jobs import LONGEST_NOTES, MOST_DEPENDENCIES, PauseReason, TaskState
 
 
 def _printable(text: str) -> str:

@@ -27,7 +27,8 @@ from maya_un.process.journal.protocol import (
     Unfinished,
 )
 from maya_un.process.queue_order import QueueOrder, QueuePosition
-from maya_un.schema.jobs import OnFailure, PauseReason, TaskState
+from maya_un.schema.choices import OnFailure
+from maya_un.schema.jobs import PauseReason, TaskState
 
 APPLICATION_ID = 0x4D617961
 """The application id in the header of Maya's files: "Maya"."""

@@ -27,7 +27,8 @@ from maya_un.process.spec.statements import Condition
 from maya_un.process.spec.tasks import ACTIONS, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.primitives.primitive import PartEffect
-from maya_un.schema.jobs import Choice, PauseReason, Recovery, RecoveryChoice, TaskState
+from maya_un.schema.choices import RecoveryChoice
+from maya_un.schema.jobs import Choice, PauseReason, Recovery, TaskState
 from maya_un.values import GripperState, Mode
 
 QUESTION = phrase("Does the gripper hold a part?")

@@ -25,7 +25,8 @@ from maya_un.process.lease import ControlLease
 from maya_un.process.queue.changes import Transaction
 from maya_un.process.queue.entries import QueueEntries, QueueEntry
 from maya_un.process.queue.runner import JobEnd, JobRunner, RunnerContext
-from maya_un.schema.jobs import OnFailure, PauseReason, RecoveryChoice, TaskState
+from maya_un.schema.choices import OnFailure, RecoveryChoice
+from maya_un.schema.jobs import PauseReason, TaskState
 from maya_un.values import Mode, StopReport
 
 T = TypeVar("T")

@@ -15,7 +15,7 @@ from maya_un.errors import InvalidValue, NotSignedIn
 from maya_un.events import EventLog
 from maya_un.process.journal.protocol import AuditRow
 from maya_un.process.lease import ControlLease
-from maya_un.schema.people import RoleName
+from maya_un.schema.choices import RoleName
 from maya_un.service.access import callers
 from maya_un.service.access.callers import Callers, Hasher, counted
 from maya_un.service.access.operations import Caller, Operation

@@ -8,7 +8,7 @@ from typing import NamedTuple, cast
 
 from dmc41x3.i18n import phrase
 from maya_un.errors import InvalidValue, NotAllowed
-from maya_un.schema.people import RoleName
+from maya_un.schema.choices import RoleName
 
 
 class Role(IntEnum):

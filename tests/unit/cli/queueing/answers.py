@@ -11,8 +11,9 @@ import pytest
 from maya_un import runtime
 from maya_un.cli.main import main
 from maya_un.runtime import Running
+from maya_un.schema.choices import OnFailure
 from maya_un.schema.encoding import to_data
-from maya_un.schema.jobs import JobLine, OnFailure, TaskState
+from maya_un.schema.jobs import JobLine, TaskState
 from tests.unit.cli.servers import http_service
 
 LINE: dict[str, Any] = to_data(
