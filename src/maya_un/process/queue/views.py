@@ -391,11 +391,13 @@ class QueueViews:
         if item is None or item.record is None:
             expansion = await self._shared.computer.expanded(row.body, whose=REPORT)
         async with self.slices.turn:
+            version = version_of(row if item is None else item.row)
+            await asyncio.sleep(0)  # the version of a long job takes over a millisecond
             if item is not None and item.record is not None:
-                snapshot = JobSnapshot.of(self._line(item), item.record, version_of(item.row))
+                snapshot = JobSnapshot.of(self._line(item), item.record, version)
             else:
                 assert expansion is not None
-                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version_of(row))
+                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version)
             return await report_of(snapshot)
 
     async def body(self, number: int) -> Body:
