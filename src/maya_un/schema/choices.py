@@ -1,4 +1,4 @@
-"""Choices and bounds that commands and messages share. Every command loads this module, so it loads little."""
+"""Choices and bounds that commands and messages share. The parser of all commands loads this module: it is small."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ from enum import StrEnum
 from typing import Literal
 
 LogLevel = Literal["debug", "info", "warning", "error", "critical"]
+"""A level of the log, in ascending order."""
 
 RoleName = Literal["viewer", "student", "operator", "admin"]
+"""The role of a user, in ascending order of rights."""
 
 MOST_PRIORITY = 100
-"""The greatest priority of a job; the least is its opposite."""
+"""The greatest priority of a job; the least is its negative."""
 
 MOST_RETRIES = 10
 """The greatest number of repetitions of a failed step."""

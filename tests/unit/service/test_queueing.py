@@ -236,3 +236,24 @@ async def test_approval_covers_only_the_version_that_was_shown() -> None:
         assert service.queue.view().waiting[0].state is TaskState.HELD
         now = (await service.job(1)).version
         assert (await service.queue.release(1, by=EVA, version=now)).approved_by == "eva"
+
+
+async def test_version_in_a_report_is_that_of_its_steps_although_the_job_changes_meanwhile() -> None:
+    async with opened_service() as (_, service):
+        await service.submit(HOME, options=JobOptions(held=True), by=EVA)
+        longer = job(*({"wait": 1.0} for _ in range(500)))
+        await service.submit(longer, options=JobOptions(held=True), by=EVA)
+        versions = {"home": (await service.job(1)).version}
+        await service.queue.change(1, {"job": job({"wait": 1.0})}, by=EVA)
+        changed = await service.job(1)
+        versions[changed.steps[0].step] = changed.version
+        assert len(versions) == 2
+        for turns in range(12):
+            other = asyncio.create_task(service.job(2))  # readers take turns: the report below waits for this one
+            report = asyncio.create_task(service.job(1))
+            for _ in range(turns):
+                await asyncio.sleep(0)
+            await service.queue.change(1, {"job": HOME if turns % 2 == 0 else job({"wait": 1.0})}, by=EVA)
+            await other
+            told = await report
+            assert told.version == versions[told.steps[0].step]

@@ -12,6 +12,7 @@ from typing import TypeVar
 
 from maya_un.process.journal.protocol import JobRow, StepRow
 from maya_un.process.spec.statements import AskOperator
+from maya_un.process.spec.stored import version_of
 from maya_un.process.spec.tasks import Expansion, Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.schema.jobs import JobLine, JobReport, StepResult, TaskState, advance
@@ -250,28 +251,31 @@ def next_step(rows: Iterable[StepRow], count: int) -> int | None:
 
 @dataclass(frozen=True, slots=True)
 class JobSnapshot:
-    """A job at one instant: its line, its expansion, and a row for every step; `preview` is that of its check."""
+    """A job at one instant: its line, its row, the expansion of this row, and a row for every step.
+
+    `preview` is that of its check.
+    """
 
     line: JobLine
+    row: JobRow
     expansion: Expansion
     rows: Sequence[StepRow]
-    version: str
     preview: JobPreview | None = None
 
     @classmethod
-    def of(cls, line: JobLine, record: JobRecord, version: str) -> JobSnapshot:
+    def of(cls, line: JobLine, row: JobRow, record: JobRecord) -> JobSnapshot:
         """Return the snapshot of a job whose record is in memory."""
         preview = None if line.state.ended and not record.begun else record.preview
-        return cls(line, record.expansion, [step.row for step in record.steps], version, preview)
+        return cls(line, row, record.expansion, [step.row for step in record.steps], preview)
 
     @classmethod
-    def kept(cls, line: JobLine, expansion: Expansion, known: Iterable[StepRow], version: str) -> JobSnapshot:
+    def kept(cls, line: JobLine, row: JobRow, expansion: Expansion, known: Iterable[StepRow]) -> JobSnapshot:
         """Return the snapshot of a job from its `known` rows."""
         rows = [StepRow(task.index, TaskState.QUEUED) for task in expansion.tasks]
-        for row in known:
-            if 0 < row.index <= len(rows):
-                rows[row.index - 1] = row
-        return cls(line, expansion, rows, version)
+        for step in known:
+            if 0 < step.index <= len(rows):
+                rows[step.index - 1] = step
+        return cls(line, row, expansion, rows)
 
 
 async def report_of(job: JobSnapshot) -> JobReport:
@@ -280,6 +284,8 @@ async def report_of(job: JobSnapshot) -> JobReport:
     pairs = list(zip(job.expansion.tasks, job.rows, strict=True))
     steps = await map_in_slices(lambda pair: result_of(*pair, ended=line.state.ended), pairs)
     await asyncio.sleep(0)
+    version = version_of(job.row)
+    await asyncio.sleep(0)  # the version of a long job takes over a millisecond
     return JobReport(
         id=line.id,
         name=line.name,
@@ -294,7 +300,7 @@ async def report_of(job: JobSnapshot) -> JobReport:
         parts=parts_of(job.expansion, job.rows),
         remarks=job.expansion.remarks,
         line=line,
-        version=job.version,
+        version=version,
         next_step=next_step(job.rows, len(pairs)),
     )
 

@@ -34,7 +34,7 @@ from maya_un.process.queue.report import JobSnapshot, Slices, line_of, report_of
 from maya_un.process.queue.runner import RunnerContext
 from maya_un.process.queue.scheduler import Scheduler
 from maya_un.process.spec.statements import AskOperator
-from maya_un.process.spec.stored import Body, as_written, version_of
+from maya_un.process.spec.stored import Body, as_written
 from maya_un.process.spec.tasks import Task
 from maya_un.robot.plan_builder import Pose
 from maya_un.robot.robot import Robot
@@ -387,18 +387,14 @@ class QueueViews:
         """Return the present report of a job, also of one that ended long ago; raises `NotFound`."""
         item = self._items.find(number)
         row, steps = await self.found(number)
-        expansion = None
+        # An edit may come during a wait. The version in the report must be that of the steps in the report.
         if item is None or item.record is None:
             expansion = await self._shared.computer.expanded(row.body, whose=REPORT)
+            async with self.slices.turn:
+                return await report_of(JobSnapshot.kept(self.line_of(row), row, expansion, steps))
+        record = item.record
         async with self.slices.turn:
-            version = version_of(row if item is None else item.row)
-            await asyncio.sleep(0)  # the version of a long job takes over a millisecond
-            if item is not None and item.record is not None:
-                snapshot = JobSnapshot.of(self._line(item), item.record, version)
-            else:
-                assert expansion is not None
-                snapshot = JobSnapshot.kept(self.line_of(row), expansion, steps, version)
-            return await report_of(snapshot)
+            return await report_of(JobSnapshot.of(self._line(item), row, record))
 
     async def body(self, number: int) -> Body:
         """Return a job as it was written; raises `NotFound`."""
