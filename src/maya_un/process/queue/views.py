@@ -387,14 +387,17 @@ class QueueViews:
         """Return the present report of a job, also of one that ended long ago; raises `NotFound`."""
         item = self._items.find(number)
         row, steps = await self.found(number)
-        # An edit may come during a wait. The version in the report must be that of the steps in the report.
+        expansion = None
         if item is None or item.record is None:
             expansion = await self._shared.computer.expanded(row.body, whose=REPORT)
-            async with self.slices.turn:
-                return await report_of(JobSnapshot.kept(self.line_of(row), row, expansion, steps))
-        record = item.record
         async with self.slices.turn:
-            return await report_of(JobSnapshot.of(self._line(item), row, record))
+            # An edit may have come meanwhile. The version in the report must be that of the steps in the report.
+            if item is not None and item.record is not None:
+                snapshot = JobSnapshot.of(self._line(item), item.row, item.record)
+            else:
+                assert expansion is not None
+                snapshot = JobSnapshot.kept(self.line_of(row), row, expansion, steps)
+            return await report_of(snapshot)
 
     async def body(self, number: int) -> Body:
         """Return a job as it was written; raises `NotFound`."""
