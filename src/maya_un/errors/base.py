@@ -23,8 +23,8 @@ MayaError = CodedError
 
 reword(
     LinkLost,
-    "The connection to the controller at {address} was lost ({reason}). The axes finish the motion that was "
-    "already sent. Check cable and power, then run `maya recover`.",
+    "The connection to the controller at {address} was lost ({reason}). If Maya moved the axes, the guard in the "
+    "controller stops them on their path. Check cable and power, then run `maya recover`.",
 )
 reword(
     ConnectFailed,
