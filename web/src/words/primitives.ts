@@ -17,7 +17,7 @@ export const SWITCH_STATES: Record<SwitchState, Words> = { open: ["open", "abrir
 
 /** The effect of each primitive, in a sentence. */
 export const MEANINGS: Record<PrimitiveName, Words> = {
-  pick: ["Opens the gripper, goes down to the target, takes the part and lifts it.", "Abre la pinza, baja al destino, recoge la pieza y la levanta."],
+  pick: ["Goes down to the target with the gripper open, takes the part and lifts it.", "Baja al destino con la pinza abierta, recoge la pieza y la levanta."],
   place: ["Carries the part over the target, goes down, opens the gripper and goes up.", "Lleva la pieza sobre el destino, baja, abre la pinza y sube."],
   approach: ["Goes to the point above the target.", "Va al punto encima del destino."],
   line: ["Goes straight to the target.", "Va en línea recta al destino."],
