@@ -118,8 +118,8 @@ A figure is the best of all rounds. One that is printed bold misses its goal. Th
 
 SERVICES_TEXT = """
 These benchmarks start programs that serve others. *Before* is the commit {before}, *now* is the commit {after}. The
-figures are from {date}: {machine}. A figure is the best sample of all rounds, or the median if the benchmark compares
-medians. Most of them are times by the clock, so they also contain what else the computer did. The bare programs run
+figures are from {date}: {machine}. The table has the best round of each commit. The list below it has the best sample
+of all rounds, or the median of all samples if the benchmark compares medians. Most figures are times by the clock, so they also contain what else the computer did. The bare programs run
 nothing of Maya: a difference between their two times shows how uncertain the others are.
 """
 
@@ -347,7 +347,12 @@ def _reached(value: float | None, case: Compared) -> str:
     if value is None:
         return ""
     assert case.goal is not None
-    return number(value) if value <= case.goal else f"**{number(value)}**"
+    if value <= case.goal:
+        return number(value)
+    text = number(value)
+    if text == number(case.goal):  # three digits do not show that the goal is missed
+        text = f"{value:.5g}"
+    return f"**{text}**"
 
 
 def _figure(value: float | None, case: Compared) -> str:
