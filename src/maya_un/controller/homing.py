@@ -37,13 +37,13 @@ from maya_un.values import AXES, Joints
 A, B, C = 0, 1, 2
 
 ENOUGH = 2.0
-"""Load on a line at which the raise ends [loads]. Low down no line carries more than 1.2, with friction 1.7."""
+"""Load on a line at which the raise ends [loads]. Low down no line carries more than 0.98, with friction 1.5."""
 
 LEAST = 0.35
 """Least load [loads]: the tighter of two lines carries at least 0.5; less means a wrong torque constant."""
 
 PROBE = 0.0002
-"""First step of the raise, as a share of W: it takes two lines from the tightest legal start (5 loads) to 5.3."""
+"""First step of the raise, as a share of W: it takes two lines from the tightest legal start (5 loads) to 5.24."""
 
 PROBE_TIME = 0.8
 """Duration of the first step [s]: long enough to read its torque at any latency."""
@@ -294,7 +294,7 @@ class HomingRun:
             return
         if not look.forward[B]:
             stroke = self._stroke(C)
-            if look.reverse[B]:  # b's length is known then; at both ends at once, b would be slack by 0.26 m
+            if look.reverse[B]:  # b's length is known then; at both ends at once, b would be slack by 0.25 m
                 stroke = min(stroke, self._least_long(B) - self._shortest(B) - 0.05 * self._width)
             elif not self._config.axes.b.switch_at_maximum:  # the raise has ended with b + c at most 1.1 times W
                 stroke = max(0.0, min(stroke, 1.1 * self._width - self._shortest(B) - self._shortest(C)))
