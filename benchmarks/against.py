@@ -148,7 +148,10 @@ def line(case: Compared) -> str:
 
 
 def joined(path: Path, newer: Comparison) -> Comparison:
-    """Return a comparison with the cases of the other benchmarks that a file has of the same two commits."""
+    """Return a comparison with the cases of the other benchmarks that a file has of the same two commits.
+
+    The computer is that of the file: its load is that at the first benchmark, which no benchmark before it caused.
+    """
     if not path.exists():
         return newer
     older = read_comparison(path)
@@ -156,7 +159,7 @@ def joined(path: Path, newer: Comparison) -> Comparison:
         return newer
     measured = {case.benchmark for case in newer.cases}
     kept = [case for case in older.cases if case.benchmark not in measured]
-    return replace(newer, cases=sorted([*kept, *newer.cases], key=lambda case: case.benchmark))
+    return replace(newer, computer=older.computer, cases=sorted([*kept, *newer.cases], key=lambda case: case.benchmark))
 
 
 if __name__ == "__main__":
