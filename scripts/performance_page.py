@@ -119,8 +119,9 @@ A figure is the best of all rounds. One that is printed bold misses its goal. Th
 SERVICES_TEXT = """
 These benchmarks start programs that serve others. *Before* is the commit {before}, *now* is the commit {after}. The
 figures are from {date}: {machine}. The table has the best round of each commit. The list below it has the best sample
-of all rounds, or the median of all samples if the benchmark compares medians. Most figures are times by the clock, so they also contain what else the computer did. The bare programs run
-nothing of Maya: a difference between their two times shows how uncertain the others are.
+of all rounds, or the median of all samples if the benchmark compares medians. Most figures are times by the clock, so
+they also contain what else the computer did. The bare programs run nothing of Maya: a difference between their two
+times shows how uncertain the others are.
 """
 
 MISSED_TEXT = """
