@@ -43,7 +43,7 @@ LEAST = 0.35
 """Least load [loads]: the tighter of two lines carries at least 0.5; less means a wrong torque constant."""
 
 PROBE = 0.0002
-"""First step of the raise, as a share of W: it takes two lines from the tightest legal start (5 loads) to 5.24."""
+"""First step of the raise, as a share of W: it takes two lines from the tightest legal start (5 loads) to 5.26."""
 
 PROBE_TIME = 0.8
 """Duration of the first step [s]: long enough to read its torque at any latency."""

@@ -23,8 +23,9 @@ MayaError = CodedError
 
 reword(
     LinkLost,
-    "The connection to the controller at {address} was lost ({reason}). If Maya moved the axes, the guard in the "
-    "controller stops them on their path. Check cable and power, then run `maya recover`.",
+    "The connection to the controller at {address} was lost ({reason}). If Maya was moving the axes, the guard in the "
+    "controller stops them on their path, unless safety.guard_time is 0. Check cable and power, then run "
+    "`maya recover`.",
 )
 reword(
     ConnectFailed,

@@ -223,7 +223,7 @@ class TorqueTooLow(
     MachineError,
     code=2621,
     en="Axis {axis} moves only with more than {allowed} V of motor command, which homing does not allow. Look for a "
-    "dragging brake or a tight gear; if there is none, measure homing.torque_per_load again.",
+    "dragging brake or a tight gear; if there is none, check homing.torque_per_load.",
 ):
     """The torque limit of homing is too low for the friction of an axis."""
 

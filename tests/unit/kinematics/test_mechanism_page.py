@@ -145,11 +145,13 @@ def test_areas_and_volume() -> None:
     size = step * step
     holds("The section has an area of # m²", good.sum() * size)
     holds(
-        "with Φ on the right side) accepts # m². Of the difference, # m² lie above",
+        "With the sign of Φ corrected it accepts # m². In # m² of the difference z is greater than H − Φ",
         accepted.sum() * size,
         above.sum() * size,
     )
-    holds("The other # m² lie below them", (accepted & ~good & ~above).sum() * size)
+    holds(
+        "In the other # m² a line would carry more than five times the load", (accepted & ~good & ~above).sum() * size
+    )
     holds(
         "Swept over the boom's 120° the section is a volume of # m³",
         float((0.3 + u)[good].sum()) * size * 2.0 * pi / 3.0,
