@@ -116,6 +116,14 @@ class Tab:
         """Wait until an expression of JavaScript holds; the policy of the pages forbids the browser's own way."""
         eventually(lambda: self.page.evaluate(f"Boolean({expression})"), what or expression, PATIENCE, self.text)
 
+    def jump(self, time: float) -> None:
+        """Wait until the page is connected, then move its clock forward by a time [s].
+
+        The page gives up a connection that takes longer than 5 s of its clock, and the browser warns of that.
+        """
+        self.until_live()
+        self.page.clock.fast_forward(round(time * 1e3))
+
     def get(self, expression: str) -> Any:
         """Return the value of an expression of JavaScript."""
         return self.page.evaluate(expression)

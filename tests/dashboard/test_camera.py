@@ -68,7 +68,7 @@ def shows(tab: Tab, colour: str, step: float = 0.0) -> None:
 
     def shown() -> bool:
         if step:
-            tab.page.clock.fast_forward(round(step * 1e3))
+            tab.jump(step)
         return colour_of(tab) == colour
 
     eventually(shown, f"a {colour} picture", 30.0, lambda: colour_of(tab) + tab.text(), pause=SELDOM)
@@ -81,8 +81,8 @@ def test_a_stream_that_hangs_holds_nothing_and_comes_back(filmed: Service, camer
     camera.colour = "green"
     shows(watching, "green")
     camera.mood = "hanging"
-    watching.page.clock.fast_forward(round(RENEWAL * 1e3))
-    watching.page.clock.fast_forward(round(PATIENCE * 1e3))
+    watching.jump(RENEWAL)
+    watching.jump(PATIENCE)
     watching.until(f"{SIGHT} === 'silent'")
     assert "has not answered since" in watching.page.locator("[data-camera]").inner_text()
     assert colour_of(watching) not in COLOURS.values()  # the last picture turns grey
