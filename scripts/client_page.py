@@ -23,16 +23,17 @@ maya.pick(0.50, 1.10)
 maya.place("tray[1,2]")
 ```
 
-The methods of `Client` block. `AsyncClient` has the same methods, to be awaited, and the same streams, for `async for`.
+The methods of `Client` block. `AsyncClient` has the same methods: use `await` for them, and `async for` for streams.
 Both work in notebooks, on the twin and on the robot. `Client.twin()` starts a separate twin, [as in the first
-notebook](../tutorials/first-notebook.ipynb). Units are m, rad and s; times are those of the robot's clock. A place is a
-name (a taught pose, a cell like `"tray[1,2]"`, in jobs a part or a place) or x, y and optionally z.
+notebook](../tutorials/first-notebook.ipynb). Units are m, rad and s; times are those of the robot's clock. Give a place
+as x, y and optionally z, or as a name: a taught pose or a cell of a pallet (`"tray[1,2]"`). In a job, the name may also
+be that of a part or a place of the job.
 
 Answers are the frozen dataclasses of the service. A refusal is raised as its class of `maya_un.errors`, with its
-[code](errors.md) and its details. If the connection breaks, the client repeats reading requests, and requests with an
-idempotency key, as every submission has. `stop` uses a separate connection. A primitive returns when it is done:
-Ctrl-C, *interrupt* in a notebook, or the end of the awaiting task cancels it, and the robot stops on its path. A
-warning, `StillWaiting`, reports that a job waits for a person (a paused queue, another user's lease).
+[code](errors.md) and its details. If the connection breaks, the client sends a request again if it only reads, or if it
+has an idempotency key. Every submission of a job has one. `stop` uses a separate connection. A primitive returns when
+it is done: Ctrl-C, *interrupt* in a notebook, or the end of the awaiting task cancels it, and the robot stops on its
+path. A warning, `StillWaiting`, reports that a job waits for a person (a paused queue, another user's lease).
 """
 
 LEASE = """\
@@ -108,7 +109,7 @@ def _parameters(verb: Any) -> str:
 
 
 def _parameter(parameter: inspect.Parameter) -> str:
-    stars = "**" if parameter.kind is parameter.VAR_KEYWORD else ""
+    stars = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
     default = "" if parameter.default is parameter.empty else f" = {parameter.default!r}"
     return f"{stars}{parameter.name}: {parameter.annotation}{default}"
 

@@ -182,13 +182,13 @@ def faults_page() -> str:
 
 def _fault_lines() -> Iterator[str]:
     yield f"{NOTE}\n# Faults on demand\n"
-    yield "Inject these faults into a virtual controller with `maya dmc fault NAME PARAMETER=VALUE...`, or in a test"
-    yield "with the block of the same name in `maya_un.testing.faults`. `PUT /v1/twin/faults/NAME` injects one into"
-    yield "the twin of `maya up`. [How](../how-to/make-the-twin-fail.md)."
+    yield "Inject these faults into a virtual controller with `maya dmc fault NAME PARAMETER=VALUE...`, or into the"
+    yield "twin of `maya up` with `PUT /v1/twin/faults/NAME`. [How](../how-to/make-the-twin-fail.md). In a test, use"
+    yield "the context managers of `maya_un.testing.faults`; they have their own parameters and defaults."
     for fault in faults.TABLE:
         yield f"\n## {fault.name}\n\n{fault.words}"
         if fault.end is None:
-            yield "It is over as soon as it has begun."
+            yield "It happens once and has no duration."
         if fault.parameters:
             yield "\n| parameter | default | unit | meaning |\n|---|---|---|---|"
         for parameter in fault.parameters:
@@ -213,7 +213,8 @@ def _role_lines() -> Iterator[str]:
     yield f"\nUsers with the right `{Operation.PROPOSE}` may also {own} their own jobs. `{Operation.STOP}` and"
     yield f"`{Operation.ABORT}` need no lease and no role, only a valid token; on the robot's machine they need none."
     yield "\nThe table is valid for every interface: HTTP, the stream, rosbridge and the ROS graph, where"
-    yield "[each name](graph.md) states the operation that it needs."
+    yield "[each name](graph.md) states the operation that it needs. Clients of the node `rosbridge` need more rights"
+    yield "([why](../how-to/talk-over-rosbridge.md#in-a-ros-graph))."
 
 
 def _role_row(operation: Operation, rule: AccessRule) -> str:

@@ -333,7 +333,7 @@ class InvalidValue(RequestError, code=4001, en="{key} = {value} is not valid: {r
     reason: Phrase
 
 
-class UnknownName(RequestError, code=4003, en="There is no {name!r}. Choose one of: {known}."):
+class UnknownName(RequestError, code=4003, en="There is no {name!r}. Known: {known}."):
     """A name is not known; lists the names that are."""
 
     name: str

@@ -166,4 +166,4 @@ def _draft(place: Path, mode: int) -> tuple[Path, int]:
         draft = place.with_name(f".{place.name[:200]}.{os.getpid()}-{number}.new")
         with suppress(FileExistsError):
             return draft, os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _SAFE, mode)
-    raise FileExistsError(phrase("{place}: too many drafts stand beside it", place=place))
+    raise FileExistsError(phrase("{place}: too many temporary files are beside it", place=place))

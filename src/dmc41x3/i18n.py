@@ -88,7 +88,10 @@ class _Translation(NamedTuple):
 
 
 class _Template(NamedTuple):
-    """A template with its translation; words of its details have the context "CONTEXT.NAME"."""
+    """A text with placeholders, and its translation.
+
+    The word that fills the placeholder NAME is translated with the gettext context `context`.NAME.
+    """
 
     english: str
     translation: str

@@ -86,7 +86,7 @@ def test_poses_taught_to_one_robot_are_known_to_the_next(say: Say) -> None:
     Path("next.yaml").write_text("steps: [home, {approach: above}, {move: above}]", encoding="utf-8")
     assert json_of(say, "run next.yaml --dry-run")["state"] == "done"
     say("poses rename above ledge")
-    assert "error 4003: There is no 'above'. Choose one of: ledge." in say("run next.yaml --dry-run", 2)
+    assert "error 4003: There is no 'above'. Known: ledge." in say("run next.yaml --dry-run", 2)
 
 
 @pytest.mark.waits("2.4 s of homing at a hundred times real speed, through HTTP")

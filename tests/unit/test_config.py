@@ -255,7 +255,7 @@ def test_keys_that_contradict_each_other_are_refused(keys: dict[str, Any], key: 
             '"B"',
             "axes a, b and c have the letters B, B, C; give each letter once",
         ),
-        (nested("controller.input_names", ["x", "y", "x"]), '["x", "y", "x"]', "the name x stands twice"),
+        (nested("controller.input_names", ["x", "y", "x"]), '["x", "y", "x"]', "the name x appears twice"),
     ],
 )
 def test_a_refusal_has_the_value_as_it_was_written_and_limits_with_units(

@@ -1,4 +1,4 @@
 """The command `dmc`: a terminal, live values, recordings, programs, wire captures, and a twin.
 
-`maya dmc` offers the same tools. `site.Site` supplies the parts that depend on the robot.
+`maya dmc` offers the same tools. `console.Site` supplies the parts that depend on the robot.
 """

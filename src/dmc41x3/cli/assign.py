@@ -95,7 +95,8 @@ def assign(mac: str | None, address: str | None, options: AssignOptions, setting
 def _incomplete(mac: str, settings: OutputSettings) -> InvalidCommandLine:
     command = f"{settings.site.command} assign"
     reason = phrase(
-        "ADDRESS is missing: write `{command} {mac} 192.168.1.20`, or leave out both to list the controllers that ask",
+        "ADDRESS is missing: write `{command} {mac} 192.168.1.20`, or leave out both to list the controllers that ask "
+        "for an address",
         command=command,
         mac=mac,
     )

@@ -158,7 +158,8 @@ def capture(
 ) -> int:
     """Record the traffic between a Galil client and a controller.
 
-    The command is a proxy: the client connects to it at --listen, and it connects to the controller. Ctrl-C ends it.
+    The command is a proxy. Connect the client to --listen; the command passes the traffic on to the controller. Ctrl-C
+    ends it.
 
     Example: {dmc} capture 192.168.1.156 --listen 5023 --out capture.json
     """
@@ -222,8 +223,9 @@ def find(
 ) -> int:
     """Find the controllers in the network, and list serial ports.
 
-    The command connects to each host and asks for its firmware line (^R^V). It sends nothing else. Of a network that
-    is larger than a /22 it asks only the /24 of this computer.
+    The command connects to each host and asks for its firmware line (^R^V). It sends nothing else. NETWORK
+    is at most a /22. Without NETWORK, and if the network is larger than a /22, it searches only the /24 around this
+    computer.
 
     Example: {dmc} find 192.168.1.0/24
     """
@@ -364,7 +366,7 @@ def gclib_run(
 ) -> int:
     """Run a script that imports gclib, without installing anything.
 
-    If the script has its own option --json, --lang or --config, write `run -- SCRIPT ...`.
+    If the script has an option that {dmc} has too, like --json, write `run -- SCRIPT ...`.
 
     Example: {dmc} gclib run my_script.py
     """

@@ -37,7 +37,7 @@ class Delay:
     moves: bool = False
 
     def when(self, now: float) -> float:
-        """Return `now`: the thread does not check the condition before its sample."""
+        """Return `now`: the thread counts the samples itself, and asks only after them."""
         return now
 
 

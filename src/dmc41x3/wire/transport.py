@@ -56,7 +56,7 @@ class Datagrams(Protocol):
         ...
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only at the end."""
+        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only when the connection ends."""
         ...
 
     def write(self, data: bytes) -> None:
@@ -440,7 +440,7 @@ class UdpTransport:
         return data
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only at the end."""
+        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only when the connection ends."""
         self._letterbox.taker = taker
 
     def write(self, data: bytes) -> None:
@@ -477,7 +477,7 @@ class LoopbackDatagrams:
         return await self._letterbox.get()
 
     def deliver(self, taker: Callable[[bytes], None]) -> None:
-        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only at the end."""
+        """Pass datagrams to `taker` as they arrive, from now on; `read` then returns only when the connection ends."""
         self._letterbox.taker = taker
 
     def write(self, data: bytes) -> None:

@@ -146,7 +146,7 @@ def read(text: str) -> ReportedEvent:
         return ReportedEvent(word, standing, int(data["code"]), dict(data["detail"]))
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise InvalidMessage(
-            name="/maya_event", reason=phrase("behind its word stands no such object ({error!r})", error=error)
+            name="/maya_event", reason=phrase("the text after the word is not a valid state ({error!r})", error=error)
         ) from None
 
 

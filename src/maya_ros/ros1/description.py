@@ -31,5 +31,5 @@ def _described(macros: Path) -> str:
     try:
         return describe(load(), macros)
     except ModuleNotFoundError as missing:
-        reason = phrase("{name} is not installed, which makes the robot's description", name=missing.name)
+        reason = phrase("{name} is not installed; it generates the robot's description", name=missing.name)
         raise RosMissing(reason=reason) from missing

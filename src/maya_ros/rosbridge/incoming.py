@@ -261,7 +261,7 @@ class FragmentCollector:
         """
         name = fields.id
         if name is None:
-            raise InvalidRequest(key="id", reason="fragments need one, to belong together")
+            raise InvalidRequest(key="id", reason="it is missing; fragments need it")
         self._forget_old(now)
         try:
             return self._added(name, fields, form, now)

@@ -212,7 +212,7 @@ class RosbridgeSession:
         for _ in range(NESTED):
             op = message.get("op")
             if op is None:
-                raise InvalidRequest(key="op", reason="every message has one")
+                raise InvalidRequest(key="op", reason="it is missing")
             if op not in ("fragment", "png"):
                 return message
             fields = Fields(message)

@@ -136,8 +136,9 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
             metavar="N",
             min=16,
             max=256,
-            help="clients (programs, or pages in a browser) that may be behind one other address, like a class behind "
-            "one router; raises its limits of requests, connections and streams",
+            help="clients (programs or pages in a browser) to expect from one address of another computer, like a "
+            "class behind one router; a larger number raises the limits of requests, connections and streams of each "
+            "address",
         ),
     ] = 16,
     rosbridge: Annotated[bool, typer.Option("--rosbridge", help="serve rosbridge too, on loopback")] = False,
@@ -151,7 +152,10 @@ def up(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
         ),
     ] = None,
     ros2: Annotated[
-        bool, typer.Option("--ros2", help="also appear in the ROS 2 graph of the domain $ROS_DOMAIN_ID, without ROS 2")
+        bool,
+        typer.Option(
+            "--ros2", help="also appear in the ROS 2 graph of the domain $ROS_DOMAIN_ID; ROS 2 need not be installed"
+        ),
     ] = False,
     ros_namespace: Annotated[
         str, typer.Option("--ros-namespace", metavar="NAME", help="the robot's namespace in the ROS 2 graph")
@@ -250,7 +254,8 @@ def jog(
         str | None,
         typer.Argument(
             metavar="[DISTANCE]",
-            help="distance, like 5deg or 20mm; negative moves back. A plain number, in rad or m, is at most 0.2 or 0.1",
+            help="distance, like 5deg or 20mm; negative moves back. A number without a unit is in rad (at most 0.2) or "
+            "m (at most 0.1)",
         ),
     ] = None,
 ) -> int:
@@ -403,7 +408,7 @@ def plot_workspace(
     height: Annotated[
         str | None,
         typer.Option(
-            metavar="Z", help="height of the section for the plan view, in m or like 400mm  [default: the grasp height]"
+            metavar="Z", help="height at which the plan view is drawn, in m or like 400mm  [default: the grasp height]"
         ),
     ] = None,
     point: Annotated[

@@ -55,7 +55,8 @@ def give(
 ) -> int:
     """Tell Maya the present pose of the robot. Nothing moves.
 
-    Without values, it is the homed pose. Motion is slow and bounded until `maya datum confirm`.
+    Without A B C, Maya assumes the homed pose. Until `maya datum confirm`, motion is slow and stays away from the ends
+    of the strokes.
 
     Example: maya datum give 30deg 1500mm 1300mm
     """
@@ -72,8 +73,8 @@ def give(
 def confirm(context: typer.Context, pose: Pose) -> int:
     """Confirm the datum at a second pose. Nothing moves.
 
-    Say where the robot stands after a motion of all three axes, each by 50 mm or 5.2 degrees. If that differs from
-    the position by more than 20 mm or 2 degrees, the robot is not homed any more.
+    First move each axis: a by at least 5.2 degrees, b and c by at least 50 mm. Then give the joints where the robot
+    stands. If they differ from Maya's position by more than 2 degrees or 20 mm, the robot is no longer homed.
 
     Example: maya datum confirm 45deg 1400mm 1450mm
     """
@@ -90,9 +91,10 @@ def move(
         str, typer.Argument(metavar="DISTANCE", help="at most 5deg or 50mm; a negative length shortens a line")
     ],
 ) -> int:
-    """Move one axis of a robot that is not homed, slowly. Watch the robot.
+    """Slowly move one axis of a robot that is not homed. Watch the robot.
 
-    The move ends early at a switch, or when the line carries twice the load.
+    The move ends early at an active limit switch. With homing.torque_readings, it also ends when a line that it
+    shortens carries twice the load.
 
     Example: maya datum move b -20mm
     """

@@ -40,6 +40,7 @@ Robot (commands to the robot that `maya up` runs; lengths in m or like 120mm, an
   zones [list]    zones add|remove NAME ...    zones that the robot must not enter, until `maya up` ends
   record save                                  save a recording of the last minutes
   calibrate collect FILE                       move to poses and ask for measured points
+  commission [--address WHERE] [--restart]     check the wiring of a new machine, step by step, with you
 
 Queue
   queue           queue pause|resume|step      show the queue; pause it, continue it, do one step
@@ -70,7 +71,6 @@ Information (no robot needed)
   doctor          logs [--follow]              find faults and remedies; show events and log
   completion bash|zsh|fish                     complete commands in the shell
   calibrate FILE [--apply]                     fit the machine's constants to measured points
-  commission [--address WHERE] [--restart]     check the wiring of a new machine, step by step, with you
   migrate FILE                                 show what to change in scripts of the original Maya; also a folder
 
 Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
@@ -83,11 +83,11 @@ Controllers (any DMC-41x3, real or virtual; see `maya dmc --help`)
   dmc ip HOST [--set ADDRESS] [--burn]         show or change the address of a controller
   dmc gclib run SCRIPT [ARG...]                run a script written for Galil's gclib
 
-WHERE: sim (the default), real (controller.address of the configuration), HOST, HOST:PORT, or a
-serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200).
+WHERE: sim (default of `up`), real (controller.address of the configuration; default of `commission`), HOST, HOST:PORT,
+or a serial port (/dev/ttyUSB0, /dev/ttyUSB0@19200). `stop` takes all but sim; without WHERE it stops the running robot.
 A twin is a virtual controller with Maya's mechanics; sim is a twin inside the command.
 Every command also takes --json, --lang en|es, --units mm|si and --config FILE; see `maya COMMAND --help`.
-Exit codes: 0 done, 1 failed, 2 refused before it began, 130 interrupted with Ctrl-C."""
+Exit codes: 0 done, 1 failed or differences found, 2 refused before it began, 130 interrupted with Ctrl-C."""
 
 _EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))
 

@@ -56,7 +56,7 @@ def workspace(request: PlotRequest, settings: OutputSettings) -> int:
     height = config.cell.grasp_height if request.height is None else request.height
     if not 0.0 <= height <= config.geometry.height:
         reason = phrase(
-            "the plan is cut between the table and the boom, 0 to {height:g} m", height=config.geometry.height
+            "it must be a height between the table and the boom, 0 to {height:g} m", height=config.geometry.height
         )
         raise InvalidValue(key="--height", value=height, reason=reason)
     with computing(DRAWING, settings):

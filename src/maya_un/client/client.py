@@ -62,7 +62,8 @@ class Client(RobotVerbs, BlockingDriver):
         """Start a twin and return its client; the twin ends when the client is closed, or when this program ends.
 
         It runs `speed` times as fast as the machine. `table` is a job whose parts stand on its table; or name them:
-        `parts={"cube": (0.5, 1.1)}`. `seed` determines its position at power-up. Raises the errors of its start.
+        `parts={"cube": (0.5, 1.1)}`. `seed` determines the position of the robot at power-up. Raises the
+        error of a twin that does not start.
         """
         twin = TwinProcess(speed=speed, seed=seed, table=table, parts=parts)
         client = cls(twin.service.url, token="")

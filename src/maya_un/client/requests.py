@@ -529,7 +529,7 @@ def jog_by(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True)
 
 
 def jog_hold(axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> Request[HeldJog]:
-    """Jog along one axis for as long as this request is repeated, at least twice a second.
+    """Jog along one axis while this request is repeated at intervals below 0.5 s.
 
     `press` is an id of your choice for one press of the key: after its end, a request that arrives late moves nothing.
     """
@@ -544,7 +544,7 @@ def jog_hold(axis: str, direction: int, *, speed: float = 1.0, press: str | None
 
 
 def jog_vector(vector: tuple[float, float, float], *, press: str | None = None) -> Request[SteeredJog]:
-    """Jog the gripper straight along a vector for as long as this request is repeated, at least twice a second.
+    """Jog the gripper straight along a vector while this request is repeated at intervals below 0.5 s.
 
     The length of `vector` [x, y, z], 0.01 to 1, is the share of the full speed, which may change with every request. If
     the direction changes by more than 0.2 rad, the robot first comes to rest on its path. `press` is that of `JogHold`.
@@ -615,7 +615,7 @@ def datum() -> Request[DatumView]:
 
 
 def give_datum(joints: tuple[float, float, float]) -> Request[DatumView]:
-    """Believe the caller that the robot stands at these joints. The robot does not move.
+    """Take these joints as the robot's present position. The robot does not move.
 
     The event `datum_given` names the caller. Until a second point confirms the datum, motion is slow, and stays
     away from the ends of the strokes and from high tensions.
@@ -638,7 +638,8 @@ def confirm_datum(joints: tuple[float, float, float]) -> Request[DatumView]:
 def guarded_move(axis: Literal["a", "b", "c"], distance: float) -> Request[Jogged]:
     """Move one axis of a robot that is not homed, slowly and at most 50 mm or 5 degrees.
 
-    It ends early at a switch, or when a line carries twice the load.
+    It ends early at an active limit switch. With `homing.torque_readings`, it also ends when a line that it
+    shortens carries twice the load.
     """
     return Request(
         "POST",

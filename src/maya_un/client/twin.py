@@ -32,7 +32,7 @@ class TwinProcess:
     The configuration and the taught places are copies of this user's, so the twin matches the robot, and the user's
     files stay unchanged. Queue and history start empty and are deleted at the end. `table` is a job whose parts stand
     on the table; `parts` gives them by name: x, y and perhaps z [m]. The twin runs `speed` times as fast as the
-    machine; `seed` determines its position at power-up.
+    machine; `seed` determines the position of the robot at power-up.
     """
 
     def __init__(

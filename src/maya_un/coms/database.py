@@ -153,7 +153,7 @@ class FirebaseUser:
             self._id_token, self._refresh_token = str(data[id_token]), str(data[refresh_token])
             self._ends = asyncio.get_running_loop().time() + float(data[lasts])
         except (KeyError, RecursionError, TypeError, ValueError) as error:
-            raise NoToken(phrase("the server of users answers what is no token")) from error
+            raise NoToken(phrase("the server of users did not return a token")) from error
 
 
 def message_of(body: bytes) -> str:

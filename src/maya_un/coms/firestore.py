@@ -267,8 +267,9 @@ arrives within that time after the stop.
 
 
 class Firestore:
-    """The Firestore of a project at firestore://PROJECT; `default_command` is available after the first connect.
+    """The Firestore of a project at firestore://PROJECT.
 
+    `default_command`, the command of a step that names none, is known after the first connect.
     `interval` and `heartbeat` are in seconds.
     """
 

@@ -321,7 +321,7 @@ class Axes(ConfigSection):
             reason = phrase("it must be an angle in radians, at most 2 pi; this looks like degrees")
             raise Contradiction("a.maximum", self.a.maximum, reason)
         if self.a.maximum > self.a.minimum + tau:
-            reason = phrase("to maximum it is more than a whole turn, and a place would have two angles")
+            reason = phrase("the range from minimum to maximum is more than one turn, so a place would have two angles")
             raise Contradiction("a.minimum", self.a.minimum, reason)
         return self
 
@@ -575,7 +575,7 @@ class Config(ConfigSection):
             names = [name for name in getattr(self.controller, key) if name]
             if len(set(names)) < len(names):
                 twice = next(name for name in names if names.count(name) > 1)
-                raise Contradiction(f"controller.{key}", names, phrase("the name {name} stands twice", name=twice))
+                raise Contradiction(f"controller.{key}", names, phrase("the name {name} appears twice", name=twice))
         return self
 
     @model_validator(mode="after")

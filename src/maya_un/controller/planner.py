@@ -213,7 +213,7 @@ class Planner:
                 raise PathRefused(target=_text(path), reason="its lines would have to meet above their anchors")
         boom = joints[:, 0]
         if path.space is Space.CARTESIAN and (np.abs(boom[1:] - boom[:-1]) > pi).any():
-            raise PathRefused(target=_text(path), reason="it leads across where the boom would have to turn back round")
+            raise PathRefused(target=_text(path), reason="it crosses the gap in the range of the boom")
         vias = range(1, len(joints) - 1) if path.is_joint else ()
         prove(workspace, joints, vias)
 

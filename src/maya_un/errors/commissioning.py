@@ -61,7 +61,8 @@ class SwitchInverted(
 class SwitchLevelsInverted(
     MachineError,
     code=2606,
-    en="All limit switches have the opposite level of the configured one. wiring.limit_active_level must be {level}.",
+    en="The level of all limit switches is the opposite of the configured one. Set wiring.limit_active_level to "
+    "{level}.",
 ):
     """The configured level of the limit switches is wrong."""
 
@@ -81,7 +82,7 @@ class SwitchesExchanged(
 class SwitchAtOtherInput(
     MachineError,
     code=2608,
-    en="The {side} limit switch of axis {axis} changed other inputs than its own ({inputs}). Correct its cable.",
+    en="The {side} limit switch of axis {axis} changes inputs that are not its own ({inputs}). Correct its cable.",
 ):
     """A limit switch is connected to another input."""
 
@@ -93,8 +94,8 @@ class SwitchAtOtherInput(
 class AxesExchanged(
     MachineError,
     code=2609,
-    en="The axes {names} are connected to other letters of the controller than configured. The letters of a, b, c must "
-    "be {letters}.",
+    en="The axes {names} are not connected to the configured letters of the controller. Set the letters of a, b, c to "
+    "{letters}.",
 ):
     """The cables of whole axes are exchanged."""
 
@@ -135,7 +136,7 @@ class EncoderReversed(
     MachineError,
     code=2613,
     en="The encoder of axis {axis} counts backwards, so the axis ran away from its target and the controller switched "
-    "its motor off. Exchange channels A and B of this encoder (differential: A+ with A-).",
+    "its motor off. Exchange channels A and B of this encoder (of a differential encoder: A+ and A-).",
 ):
     """An encoder counts backwards: the feedback is positive."""
 

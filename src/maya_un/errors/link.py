@@ -52,8 +52,8 @@ class ServiceNotAnswering(
 class TwinNotFound(
     RequestError,
     code=1022,
-    en="Maya cannot tell which twin to use: {reason}. Start `maya up` or `maya dmc serve`, or select a running twin "
-    "with `--twin` (now: {running}).",
+    en="Maya cannot tell which twin to use: {reason}. Start `maya up` or `maya dmc serve`, or give the address of a "
+    "running twin with `--twin` (running now: {running}).",
 ):
     """The options select no running twin, or more than one matches."""
 

@@ -67,7 +67,7 @@ class Faulted(
 class MarkerMissing(
     RequestError,
     code=2106,
-    en="Maya cannot skip the homing, because the controller has stored no homing since its last reset. Run "
+    en="Maya cannot skip the homing: since the last reset of the controller, no homing has been stored in it. Run "
     "`maya home`.",
 ):
     """`skip_home` was requested, but the controller stores no homing mark."""
@@ -121,7 +121,11 @@ class DatumNeeded(
     reason: Phrase
 
 
-class DatumRefused(RequestError, code=2114, en="Maya cannot do this with the datum now: {reason}."):
+class DatumRefused(
+    RequestError,
+    code=2114,
+    en="Maya cannot do this with the datum now: {reason}. Run `maya datum` to see the next step.",
+):
     """A datum, its confirmation or a guarded move is not possible in this state."""
 
     reason: Phrase
@@ -320,7 +324,7 @@ class SwitchBlocks(
 class WiringContradictsCn(
     MachineError,
     code=2401,
-    en="The {side} limit switch of axis {axis} has the opposite level of the configured one (CN {cn}): "
+    en="The level of the {side} limit switch of axis {axis} is the opposite of the configured one (CN {cn}): "
     "{reason}. Correct the wiring, or `limit_active_level` in the configuration. Then run `maya recover` "
     "and `maya home`.",
 ):

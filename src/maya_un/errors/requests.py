@@ -105,7 +105,7 @@ class EventsForgotten(
     RequestError,
     code=4013,
     en="Events after {since} were requested, but the oldest stored event is {oldest}. Read the state again, and "
-    "continue from there.",
+    "continue with event {oldest}.",
 ):
     """The requested events were dropped; names the oldest event that is available."""
 
@@ -314,8 +314,7 @@ class StepInterrupted(
 class StepFailed(
     RequestError,
     code=4044,
-    en="Step {id} of {robot} failed: {error} ({error_code}). Check the robot, then send the step again "
-    "(with a new id).",
+    en="Step {id} of {robot} failed ({error_code}): {error} Check the robot, then send the step again (with a new id).",
 ):
     """A step ended without success, for a reason that has no code here."""
 

@@ -24,9 +24,10 @@ _GOLDEN = 0.5 * (sqrt(5.0) - 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Reachable (u, h) [m]: strokes of the lines, tension limit in loads, greatest depth (the table) [m].
+    """The area of reachable points (u, h) [m] in the vertical plane of the boom.
 
-    `inset` [m] shrinks the area from every side; it is 0 for the area itself.
+    `stroke_b` and `stroke_c` [m], `tension_limit` [loads] and the depth of the table `deepest` [m] bound it. `inset`
+    [m] shrinks the area from every side; it is 0 for the area itself.
     """
 
     width: float

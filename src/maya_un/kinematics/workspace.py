@@ -204,7 +204,7 @@ class Workspace(Ranges):
         zones = tuple(map(zone_of, config.zones))
         workspace = cls(Mechanism.of(config), boom, line_b, line_c, limit, grain, zones)
         if workspace.section.shrunk(_INSETS[-1]).is_empty():
-            reason = phrase("with these lengths and strokes no place keeps it, so nothing is reachable")
+            reason = phrase("with these lengths and strokes the tension exceeds it everywhere, so nothing is reachable")
             raise InvalidConfig(key="safety.tension_limit", value=limit, reason=reason)
         return workspace
 

@@ -281,7 +281,12 @@ def _prove_limits(workspace: Workspace, joints: Floats, waypoints: list[int]) ->
     if broken:
         first, last = _leg(waypoints, broken[0])
         knots = joints[first : last + 1]
-        raise _refusal(workspace, knots, _worst(workspace, knots), phrase("it comes too close to a limit for a proof"))
+        raise _refusal(
+            workspace,
+            knots,
+            _worst(workspace, knots),
+            phrase("it comes so close to a limit that Maya cannot prove it safe"),
+        )
 
 
 def _surely_inside(workspace: Workspace, joints: Floats, coefficients: Floats) -> bool:

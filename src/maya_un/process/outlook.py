@@ -142,7 +142,8 @@ def step_of(robot: PreviewSource, task: Task, course: Course) -> tuple[StepPrevi
     ends = tuple(dict.fromkeys(one.end for one in found))
     if len(ends) > MOST_POSES:
         raise InvalidJob(
-            key=task.key, reason=phrase("it may end in more than {most} poses; go to one place before", most=MOST_POSES)
+            key=task.key,
+            reason=phrase("the robot can be in more than {most} poses here; move to one place before", most=MOST_POSES),
         )
     return _step(task, found[0], units, expected=course.expected), course._replace(poses=ends)
 

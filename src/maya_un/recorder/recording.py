@@ -129,7 +129,7 @@ class Header:
             found = _adapter().validate_json(text)
         except ValidationError as error:
             raise ValueError(
-                phrase("its header is none: {message}", message=reason_of(error.errors(include_url=False)[0]))
+                phrase("its header is not valid: {message}", message=reason_of(error.errors(include_url=False)[0]))
             ) from error
         if (found.format, found.version) != (FORMAT, VERSION):
             raise ValueError(phrase("it is no {format} of version {version}", format=FORMAT, version=VERSION))

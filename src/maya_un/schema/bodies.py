@@ -94,7 +94,7 @@ class GuardedMove:
 
 @dataclass(frozen=True, slots=True)
 class JogHold:
-    """Jog along one axis for as long as this request is repeated, at least twice a second.
+    """Jog along one axis while this request is repeated at intervals below 0.5 s.
 
     `press` is an id of your choice for one press of the key: after its end, a request that arrives late moves nothing.
     """
@@ -109,7 +109,7 @@ class JogHold:
 
 @dataclass(frozen=True, slots=True)
 class JogVector:
-    """Jog the gripper straight along a vector for as long as this request is repeated, at least twice a second.
+    """Jog the gripper straight along a vector while this request is repeated at intervals below 0.5 s.
 
     The length of `vector` [x, y, z], 0.01 to 1, is the share of the full speed, which may change with every request. If
     the direction changes by more than 0.2 rad, the robot first comes to rest on its path. `press` is that of `JogHold`.

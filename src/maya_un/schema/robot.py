@@ -42,7 +42,7 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class EventMessage:
-    """An event as interfaces send it: number, loop time [s], kind, code (0 for none), details."""
+    """An event as interfaces send it: number, time [s] of the robot's clock, kind, code (0 for none), details."""
 
     seq: int
     time: float

@@ -34,7 +34,7 @@ class FaultParameter:
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """A kind of fault with its meaning; one that does not last is over as soon as it has begun."""
+    """A kind of fault with its meaning; one that does not last happens once and has no duration."""
 
     name: str
     words: str

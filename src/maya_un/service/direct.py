@@ -74,7 +74,7 @@ class _Key(NamedTuple):
             raise InvalidValue(
                 key="vector",
                 value=repr(vector),
-                reason=phrase("its length must be {least:g} to 1; to rest, release it", least=LEAST_OVERRIDE),
+                reason=phrase("its length must be {least:g} to 1; to stop, send `hold` false", least=LEAST_OVERRIDE),
             )
         x, y, z = vector
         return cls("", 1, min(1.0, length), (x / length, y / length, z / length))

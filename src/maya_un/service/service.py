@@ -217,7 +217,7 @@ class Service:
             return await self._controller.jog(axis, distance, speed=speed, clip=clip)
 
     async def jog_hold(self, axis: str, direction: int, *, speed: float = 1.0, press: str | None = None) -> HeldJog:
-        """Jog in `direction` (1 or -1) while this is called again at least twice a second; return at once.
+        """Jog in `direction` (1 or -1) while this is called again, each time within 0.5 s; return at once.
 
         On a twin with a faster clock, this period is in real time. A `press` that has ended moves nothing any more.
         Raises as `jog` does.

@@ -154,7 +154,7 @@ def test_a_mistyped_key_of_an_answer_is_refused_with_the_keys(folder: Path, caps
     assert main(answers(folder, gripper_redy="quit")) == output.REFUSED
     told = capsys.readouterr()
     assert told.out == ""
-    assert "There is no 'gripper.redy'. Choose one of: connection.ready, " in told.err
+    assert "There is no 'gripper.redy'. Known: connection.ready, " in told.err
     assert " direction.AXIS.TRY.seen," in told.err
 
 

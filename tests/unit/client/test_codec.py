@@ -68,7 +68,7 @@ def test_an_answer_is_read_as_the_message_that_it_is() -> None:
 
 def test_a_refusal_comes_back_as_the_error_it_is_with_its_details() -> None:
     problem = {"code": 4003, "details": {"name": "cub", "known": "cube"}, "detail": "…"}
-    with pytest.raises(UnknownName, match=r"There is no 'cub'\. Choose one of: cube") as caught:
+    with pytest.raises(UnknownName, match=r"There is no 'cub'\. Known: cube") as caught:
         transport.decoded(get("/", int), 422, OURS, json.dumps(problem).encode())
     assert caught.value.details == {"name": "cub", "known": "cube"}
     assert "'cub'" in caught.value.text("es")

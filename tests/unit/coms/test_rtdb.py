@@ -536,7 +536,7 @@ def test_html_page_instead_of_a_token_is_no_answer(monkeypatch: pytest.MonkeyPat
         async with await asyncio.start_server(serve_page, "127.0.0.1", 0) as portal:
             monkeypatch.setenv("FIREBASE_AUTH_EMULATOR_HOST", "127.0.0.1:{1}".format(*portal.sockets[0].getsockname()))
             async with httpx.AsyncClient() as http:
-                with pytest.raises(NoToken, match="no token"):
+                with pytest.raises(NoToken, match="did not return a token"):
                     await FirebaseUser("maya@example.org", "right", "key of the project").token(http)
 
     run(main())

@@ -51,7 +51,7 @@ async def test_units_become_si() -> None:
             (3, 5, "steps.0.pick", "0: no robot reaches 500 m; for mm write 500 mm"),
         ),
         ("steps: [home", (1, 13, "", "expected ',' or ']'")),
-        ("steps:\n  - home\nsteps:\n  - home\n", (3, 1, "", "the key 'steps' stands twice")),
+        ("steps:\n  - home\nsteps:\n  - home\n", (3, 1, "", "the key 'steps' appears twice")),
         ("parts: &a {}\nsteps: *a\n", (2, 8, "", "aliases (*name) are not accepted")),
         (
             "name: x\nsteps:\n  - home\n  - pick: 7\n",

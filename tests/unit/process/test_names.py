@@ -159,7 +159,7 @@ def test_taught_poses_are_read_only_for_jobs_that_need_them() -> None:
         ({"pick": "tray[0,1]"}, "steps.0.pick", "rows 1 to 3"),
         ({"pick": "tray[1,*]"}, "steps.0.pick", "one cell of tray"),
         ({"pick": "tray[each]"}, "steps.0.pick", "steps of a loop over tray"),
-        ({"approach": "tray[next]"}, "steps.0.approach", "for pick and place"),
+        ({"approach": "tray[next]"}, "steps.0.approach", "only pick and place"),
         ({"pick": "tray"}, "steps.0.pick", r"tray is a pallet; name a cell: tray\[1,1\]"),
         ({"pick": "rack"}, "steps.0.pick", "rack is a pallet"),
         ({"pick": "slack"}, "steps.0.pick", "cannot meet"),
@@ -180,8 +180,8 @@ def test_invalid_cell_is_refused_at_its_key(step: dict[str, Any], key: str, reas
     [
         ({"pick": "shelv"}, r"tray\[row,column\], box\[row,column\], rack\[row,column\], shelf, slack"),
         ({"pick": "crate[1,1]"}, "shelf"),
-        ({"move": "rack"}, "Choose one of: shelf, slack"),
-        ({"for_each": "shelf", "do": ["home"]}, "Choose one of: tray, box, rack"),
+        ({"move": "rack"}, "Known: shelf, slack"),
+        ({"for_each": "shelf", "do": ["home"]}, "Known: tray, box, rack"),
     ],
 )
 def test_an_unknown_name_lists_the_known_ones(step: dict[str, Any], known: str) -> None:

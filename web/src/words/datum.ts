@@ -4,8 +4,8 @@ export const DATUM = words({
   title: ["Position of the robot", "Posición del robot"],
   needed: ["The robot cannot home alone: {reason}. Tell it where it stands.", "El robot no puede referenciarse solo: {reason}. Dígale dónde está."],
   bring: [
-    "Bring the robot to a pose that you can measure, slowly. Watch it: it stops at a switch and at twice the load, but does not know the table.",
-    "Lleve el robot despacio a una postura que pueda medir. Obsérvelo: se detiene en un interruptor y con el doble de la carga, pero no conoce la mesa.",
+    "Slowly bring the robot to a pose that you can measure. Watch it: it stops at an active switch, and with torque readings at twice the load, but it does not know the table.",
+    "Lleve el robot despacio a una postura que pueda medir. Obsérvelo: se detiene en un interruptor activo y, con lecturas de par, con el doble de la carga, pero no conoce la mesa.",
   ],
   axis: ["Axis", "Eje"],
   moved: ["Axis {axis} has moved by {distance}.", "El eje {axis} se ha movido {distance}."],

@@ -64,9 +64,10 @@ class Arc(NamedTuple):
     def pieces(
         self, coordinate: int, s: float, v: float, a: float, span: float
     ) -> Iterator[tuple[float, float, float, float]]:
-        """Yield (time, offset, velocity, acceleration) of the quadratics of a coordinate over `span` seconds.
+        """Approximate a coordinate by parabolas over the next `span` seconds.
 
-        Times count from the state with the distance `s`, the speed `v` and the acceleration along the arc `a`.
+        Yield of each parabola its start time, and the offset, velocity and acceleration there. At time 0 the distance
+        along the arc is `s`, the speed `v` and the acceleration along the arc `a`.
         """
         here = self.offset(coordinate, s)
         t = 0.0

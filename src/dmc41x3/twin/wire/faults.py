@@ -316,25 +316,28 @@ TABLE: tuple[Fault, ...] = (
     _on_wire(
         "drop",
         marked("A reply, message or record is lost."),
-        (_chance(marked("probability for each")),),
+        (_chance(marked("probability for each reply, message or record")),),
         {"drop": "probability"},
     ),
     _on_wire(
         "duplicate",
         marked("A reply, message or record arrives twice."),
-        (_chance(marked("probability for each")),),
+        (_chance(marked("probability for each reply, message or record")),),
         {"duplicate": "probability"},
     ),
     _on_wire(
         "garbage",
         marked("Random bytes arrive before a reply, message or record."),
-        (_chance(marked("probability before each")), Parameter("bytes", 8, "", marked("number of bytes"), 1.0, 450.0)),
+        (
+            _chance(marked("probability for each reply, message or record")),
+            Parameter("bytes", 8, "", marked("number of bytes"), 1.0, 450.0),
+        ),
         {"garbage": "probability", "noise": "bytes"},
     ),
     _on_wire(
         "refuse_commands",
         marked("The controller answers a command with ? (code 1) and does not execute it."),
-        (_chance(marked("probability for each")),),
+        (_chance(marked("probability for each command")),),
         {"balk": "probability"},
     ),
     Fault(
@@ -347,7 +350,7 @@ TABLE: tuple[Fault, ...] = (
         _silence,
         _unsilence,
     ),
-    Fault("cut", marked("Connections end abruptly, as with a pulled cable."), (_HANDLES,), _cut),
+    Fault("cut", marked("Connections end abruptly; both sides learn of it at once."), (_HANDLES,), _cut),
     Fault(
         "refuse_connections",
         marked("The controller refuses new connections; existing ones continue."),

@@ -32,8 +32,8 @@ def commission(  # noqa: PLR0913, PLR0917 - every option of a command is a param
         str | None,
         typer.Option(
             metavar="FILE",
-            help='with sim: a TOML file of answers by the keys of the questions, like "limits.ready" = "quit"; a '
-            "simulated person gives all others",
+            help='with sim: a TOML file that answers some questions by their keys, like "limits.ready" = "quit"; a '
+            "simulated person answers the others",
         ),
     ] = None,
     report: Annotated[

@@ -34,8 +34,9 @@ Truth = Annotated[
     str | None,
     typer.Option(
         metavar="FILE",
-        help="configuration file with the keys in which the twin's machine differs; drawn: small random differences, "
-        "miswired: a mistake in the wiring, both chosen by --seed  [default: the machine is as configured]",
+        help="how the twin's machine differs from the configuration: a file with only the keys that differ, or the "
+        "word drawn (small random differences) or miswired (one mistake in the wiring). --seed selects them  "
+        "[default: no differences]",
     ),
 ]
 Table = Annotated[str | None, typer.Option(metavar="JOB", help="put the parts of this job on the twin's table")]

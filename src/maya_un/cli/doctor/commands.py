@@ -18,7 +18,10 @@ def doctor(
     context: typer.Context,
     address: Annotated[
         str | None,
-        typer.Option(metavar="WHERE", help="the controller to check: real, HOST, HOST:PORT or a serial port"),
+        typer.Option(
+            metavar="WHERE",
+            help="the controller to check if `maya up` does not run: real, HOST, HOST:PORT or a serial port",
+        ),
     ] = None,
 ) -> int:
     """Find faults and show remedies. The command does not move the robot and changes nothing.

@@ -56,8 +56,8 @@ def list_(
     """List the robots, and whether each is connected.
 
     With --follow the list also shows which step each robot carries out, for which supervisor, and how its last step
-    ended. It begins with the steps from then on, and waits for a broker that does not answer. With --json, each list
-    is one object a line, as in GET /v1/fleet.
+    ended. Steps that began before the command are not shown. If the broker does not answer, the command waits for it.
+    With --json, each list is a line with one JSON object, as in GET /v1/fleet.
 
     Example: maya fleet list --url mqtt://localhost
     """
@@ -76,7 +76,7 @@ def watch(
 ) -> int:
     """Show the activity of robots until Ctrl-C.
 
-    It shows connections, accepted and begun steps, and results. With --json one object a line.
+    It shows connections, accepted and begun steps, and results. With --json, each line is one JSON object.
 
     Example: maya fleet watch MAYA --url mqtt://localhost
     """

@@ -63,7 +63,7 @@ def _decide(record: ProcessRecord, options: FleetRunOptions) -> None:
         if name not in record.failed():
             raise UnknownName(name=name, known=", ".join(record.failed()) or "no failed step")
     if set(options.retry) & set(options.skip):
-        raise InvalidCommandLine(reason="a step is named by --retry and by --skip", command="maya fleet run")
+        raise InvalidCommandLine(reason="the same step is given to --retry and to --skip", command="maya fleet run")
     for name in options.retry:
         record.decided(name, FailureDecision.RETRY)
     for name in options.skip:

@@ -26,7 +26,8 @@ def listed(settings: OutputSettings) -> int:
     """Print all zones in the notation of `add`; raises `ServiceNotRunning`."""
     zones = ServiceClient.find().ask(requests.zones())
     head = tuple(
-        translate(text, settings.language) for text in (marked("zone"), marked("kind"), marked("as it is written"))
+        translate(text, settings.language)
+        for text in (marked("zone"), marked("kind"), marked("arguments for zones add"))
     )
     rows = [(zone["name"], zone["kind"], _written(zone)) for zone in zones]
     text = table(head, rows) if rows else translate("There are no zones.", settings.language)

@@ -117,7 +117,7 @@ def answer(
 ) -> int:
     """Answer the question of the running job.
 
-    The answer cancel ends the job, if it is one of the choices; it is for a question without choices of its own.
+    A question without its own choices takes `continue` or `cancel`; `cancel` ends the job.
 
     Example: maya queue answer continue
     """
@@ -329,9 +329,9 @@ def edit(  # noqa: PLR0913, PLR0917 - every option of a command is a parameter
     retries: NewRetries = None,
     stepwise: Stepwise = None,
 ) -> int:
-    """Change a job that has not begun.
+    """Change a waiting job, or the remaining steps of a paused job.
 
-    If the job is paused, you can change the steps that have not begun. Without options the command opens the job in
+    Without options the command opens the job in
     $EDITOR.
 
     Example: maya job edit 7 --priority 5

@@ -83,8 +83,8 @@ def replay(
         float | None,
         typer.Option(
             metavar="COUNTS",
-            help="allowed difference of positions in counts  [default: 2 if the recording contains a twin from its "
-            "power-up on, else 50]",
+            help="allowed difference of positions in counts  [default: 2 for a recording of a twin that starts at "
+            "its power-up, else 50]",
         ),
     ] = None,
     seconds: Annotated[

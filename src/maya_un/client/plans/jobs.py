@@ -113,7 +113,8 @@ def known(number: int) -> Plan[JobAccepted]:
 def wait(number: int, timeout: float | None = None) -> Plan[JobReport]:
     """Wait until a job has ended, and return its report.
 
-    Ctrl-C ends the waiting, but not the job. Raises `TimeoutError` after `timeout` [s, real time], `NotFound`.
+    Ctrl-C ends the waiting, but not the job. Raises `TimeoutError` after `timeout` [s, real time], and
+    `NotFound` if there is no such job.
     """
     since = (yield from persistently(requests.status())).last_event
     return (yield from ended(number, since, timeout))

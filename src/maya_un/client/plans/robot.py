@@ -99,9 +99,10 @@ def jog(axis: str, distance: float, *, speed: float = 1.0, clip: bool = True) ->
 
 
 def stop() -> Plan[StopReport]:
-    """Start braking at once; return the time and distance to rest. The queue is paused if it contains jobs.
+    """Start braking at once; return the time and distance to rest. If jobs wait, the queue is paused.
 
-    It uses a separate connection, so it waits for no other request, and needs neither role nor lease.
+    It uses a separate connection, so it waits for no other request, and needs no lease and no
+    particular role. From another computer it needs a token.
     """
     return (yield from _urgently(requests.stop()))
 

@@ -32,9 +32,9 @@ PATIENCE = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """An event: number `seq` of the run `run` of the service, loop time [s], kind, code (0 for none), details.
+    """An event: number `seq` of the run `run` of the service, `time` [s], kind, code (0 for none), details.
 
-    Runs are counted from the first start of the service on its file; event numbers start at 1 in each run.
+    Each start of the service with the same stored queue is a run, counted from 1. Event numbers start at 1 in each run.
     """
 
     run: int

@@ -125,8 +125,8 @@ _TEXTS = {
     ),
     "controller_silent": FindingText(
         "{error}",
-        "Search for it with `maya dmc find`. `maya dmc assign` gives an address to a controller that has none. By its "
-        "USB port it is reached at an address like /dev/ttyUSB0.",
+        "Search for it with `maya dmc find`. `maya dmc assign` gives an address to a controller that has none. To "
+        "use its USB port, give an address like /dev/ttyUSB0.",
     ),
     "controller_answers": FindingText("The controller at {address} answers within {milliseconds:.1f} ms."),
     "controller_wrong": FindingText("{error}"),

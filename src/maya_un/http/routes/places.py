@@ -174,7 +174,7 @@ def add_zones(routes: Routes) -> None:
     async def put_zone(ask: Ask, name: str, body: ZoneBody) -> Response:
         """Add a keep-out zone, or replace the zone with this name. It is valid until `maya up` ends."""
         if body.get("name", name) != name:
-            raise InvalidRequest(key="name", reason="it is another than that of the path")
+            raise InvalidRequest(key="name", reason="it differs from the name in the path")
         return answer(await ask(lambda service: service.set_zone({**body, "name": name})))
 
     @routes.add(

@@ -81,7 +81,7 @@ def add_moving(routes: Routes) -> None:
     async def jog(ask: Ask, body: AnyJog) -> Response:
         """Jog along one axis by a `distance`; the response comes at the end of the motion.
 
-        With `hold` true, jog along the axis or along `vector` while the request is repeated at least twice a second.
+        With `hold` true, jog along the axis or along `vector` while the request is repeated at intervals below 0.5 s.
         `hold` false ends this jog. `press` names one press of the key: after its end, a request of the same press that
         arrives late moves nothing.
         """
@@ -198,7 +198,7 @@ def add_datum(routes: Routes) -> None:
         patience=AT_REST,
     )
     async def give_datum(ask: Ask, body: Stated) -> Response:
-        """Believe the caller that the robot stands at these joints. The robot does not move.
+        """Take these joints as the robot's present position. The robot does not move.
 
         The event `datum_given` names the caller. Until a second point confirms the datum, motion is slow, and stays
         away from the ends of the strokes and from high tensions.
@@ -239,6 +239,7 @@ def add_datum(routes: Routes) -> None:
     async def guarded_move(ask: Ask, body: Guarded) -> Response:
         """Move one axis of a robot that is not homed, slowly and at most 50 mm or 5 degrees.
 
-        It ends early at a switch, or when a line carries twice the load.
+        It ends early at an active limit switch. With `homing.torque_readings`, it also ends when a line that it
+        shortens carries twice the load.
         """
         return answer(await ask(lambda service: service.direct.guarded_move(body.axis, body.distance)))

@@ -337,7 +337,7 @@ class StreamSession:
         """Renew a lease; a `bound` lease is released when this connection ends."""
         lease, bound = message.get("lease"), message.get("bound", False)
         if not isinstance(lease, str) or not lease:
-            raise InvalidRequest(key="lease", reason="it must be the id that taking the lease answered")
+            raise InvalidRequest(key="lease", reason="it must be the id that you received with the lease")
         if not isinstance(bound, bool):
             raise InvalidRequest(key="bound", reason="it must be true or false")
         holder = replace(self._caller, lease=lease)

@@ -93,9 +93,7 @@ def refusal(names: Sequence[str], joints: Floats, points: Floats, scatter: float
     `FAR` from the fit, by `scatter` [m], that is the reason.
     """
     if scatter > FAR:
-        reason = phrase(
-            "they lie {distance:.0f} mm from where any constants would have them", distance=scatter * 1000.0
-        )
+        reason = phrase("even with the best constants they are {distance:.0f} mm off", distance=scatter * 1000.0)
         return NotIdentifiable(what=listed(names), reason=reason, remedy=SUSPECTS)
     if len(names) == 1:
         reason = phrase("the points do not show it")

@@ -126,7 +126,7 @@ def make(source: Path, target: Path) -> Backup:
     hashes of tokens. Raises `FileUnreadable`, `FileNotOurs`, `StorageDamaged`, `StorageTooNew`, `FileUnwritable`.
     """
     if target.exists() and source.exists() and target.samefile(source):
-        raise FileUnwritable(path=target, reason="it is the file itself")
+        raise FileUnwritable(path=target, reason="it is the file of the queue itself")
     writable_place(target)
     with copied(source, target.parent) as copy:
         made = _described(copy, target)

@@ -55,7 +55,7 @@ def _add(once: dict[Any, Any], key: object, value: object) -> None:
     if not isinstance(key, Hashable):
         raise ValueError(phrase("a key must be a text, not {key!r}", key=key))  # noqa: TRY004 - a parse error like the others
     if key in once:
-        raise ValueError(phrase("the key {key!r} stands twice", key=key))
+        raise ValueError(phrase("the key {key!r} appears twice", key=key))
     once[key] = value
 
 

@@ -45,7 +45,7 @@ def _unique_json_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     once: dict[str, Any] = {}
     for key, value in pairs:
         if key in once:
-            raise ValueError(phrase("the key {key!r} stands twice", key=key))
+            raise ValueError(phrase("the key {key!r} appears twice", key=key))
         once[key] = value
     return once
 

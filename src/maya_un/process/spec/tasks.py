@@ -169,7 +169,7 @@ class NameResolver:
                 pallet = self._pallet(name, f"pallets.{name}")
                 cells = {cell_text(name, cell): pallet.place(cell) for cell in pallet.cells()}
                 for both in sorted(cells.keys() & parts.keys()):
-                    raise InvalidJob(key=f"parts.{both}", reason="a cell of a full pallet is called so")
+                    raise InvalidJob(key=f"parts.{both}", reason="a cell of a full pallet already has this name")
                 parts |= cells
         return parts
 
@@ -311,7 +311,7 @@ class NameResolver:
             raise InvalidJob(
                 key=key,
                 reason=phrase(
-                    "{name}[{next}] is for pick and place, which count their cells apart", name=name, next=NEXT
+                    "only pick and place take {name}[{next}]; each counts its own cells", name=name, next=NEXT
                 ),
             )
         pallet = self._pallet(name, key)

@@ -158,7 +158,7 @@ RULES: dict[Operation, AccessRule] = {
     Operation.GRAPH: AccessRule(Role.OPERATOR, meaning="take part in the graph: publish, serve, set its parameters"),
     Operation.BREAK: AccessRule(Role.ADMIN, meaning="take the lease from its holder"),
     Operation.CONFIGURE: AccessRule(Role.ADMIN, meaning="change the configuration of the next start"),
-    Operation.BACKUP: AccessRule(Role.ADMIN, meaning="back up the queue and its history"),
+    Operation.BACKUP: AccessRule(Role.ADMIN, meaning="back up the queue, its history, the users and the audit log"),
     Operation.TERMINAL: AccessRule(Role.ADMIN, drives=True, meaning="send the controller commands that read"),
     Operation.AUDIT: AccessRule(Role.ADMIN, meaning="read the audit log"),
     Operation.USERS: AccessRule(Role.ADMIN, meaning="manage users and tokens"),

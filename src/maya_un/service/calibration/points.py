@@ -157,7 +157,7 @@ class _PointTable:
         for name in self._head:
             if name not in known or self._head.count(name) > 1:
                 reason = (
-                    phrase("it stands twice")
+                    phrase("it appears twice")
                     if name in known
                     else phrase("the columns are {columns}, separated by commas", columns=_HEAD)
                 )

@@ -125,6 +125,6 @@ def test_dates_have_one_form_wherever_they_are_from(folder: Path, capsys: pytest
 def test_a_kind_that_there_is_not_is_refused(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     kept(folder, event(1, "homed", 1), event(2, "novel", 2))
     assert main(["logs", "--kind", "falt"]) == 2
-    assert "There is no 'falt'. Choose one of:" in capsys.readouterr().err
+    assert "There is no 'falt'. Known:" in capsys.readouterr().err
     assert len(output_of(capsys, "logs --kind novel")) == 1
     assert output_of(capsys, "logs --kind fault") == []

@@ -96,7 +96,7 @@ async def test_impossible_backup_is_reported(path: Path, tmp_path: Path) -> None
     await filled(path, 1)
     with pytest.raises(FileUnwritable):
         history.make(path, tmp_path / "missing" / "b.db")
-    with pytest.raises(FileUnwritable, match="the file itself"):
+    with pytest.raises(FileUnwritable, match="the file of the queue itself"):
         history.make(path, path)
     with closing(sqlite3.connect(tmp_path / "other.db")) as connection:
         connection.execute("CREATE TABLE bookmarks (url TEXT)")

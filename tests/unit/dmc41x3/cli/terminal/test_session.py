@@ -343,7 +343,7 @@ async def test_recording_is_made_during_lines(tmp_path: Path) -> None:
         (":watch", "needs an expression"),
         (":wait long", "0 to 3600"),
         (":wait -1", "0 to 3600"),
-        (":unwatch _TPA", "There is no '_TPA'. Choose one of: none"),
+        (":unwatch _TPA", "There is no '_TPA'. Known: none"),
         (":download /nowhere/x.dmc", "Reading /nowhere/x.dmc failed: No such file"),
         (":upload /nowhere/x.dmc", "Writing /nowhere/x.dmc failed: No such file"),
         (":scope", "CHANNELS"),
