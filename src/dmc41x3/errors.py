@@ -58,7 +58,7 @@ class CodedError(Exception):
         self._fill(details, None)
 
     def _fill(self, details: dict[str, object], sentence: str | None) -> None:
-        """Set the details, and the sentence of an error that came with its sentence only."""
+        """Set the details and the text: `sentence` if it is given, else the sentence made from the details."""
         self.details = details
         self.verbatim = sentence is not None
         vars(self).update((name, value) for name, value in details.items() if name in type(self).declared)
@@ -431,7 +431,7 @@ def reword(kind: type[CodedError], en: str) -> None:
 
 
 def from_notice(code: int, details: dict[str, object], sentence: str = "") -> CodedError:
-    """Return an error from the code and details that another program sent, or from its `sentence` without details.
+    """Return an error from the code and details that another program sent, or from `sentence` if it sent no details.
 
     Unknown details are retained. Raises `KeyError` for a code that is not declared.
     """

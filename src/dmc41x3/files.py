@@ -1,7 +1,7 @@
-"""Read and write files. Write only regular ones, never through a link out of their folder, and whole or not at all.
+"""Read files, and write regular files completely or not at all, never through a link out of their folder.
 
-This package, and those built on it, write every file through this module. It imports nothing heavy, because
-commands that must start fast need it.
+This package, and those built on it, write files through this module, apart from databases, recordings and temporary
+files. It imports nothing heavy, because commands that must start fast need it.
 """
 
 from __future__ import annotations

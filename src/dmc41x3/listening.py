@@ -138,7 +138,7 @@ class Refusals:
 
 
 class Listener(asyncio.AbstractServer):
-    """Accepts connections at bound `sockets` for protocols of `factory`, within a `share` of descriptors.
+    """Accepts connections at bound `sockets`, each with a protocol of `factory`; `share` limits the file descriptors.
 
     It listens in the running loop from its creation. Raises `OSError` if an address is in use.
     """

@@ -48,7 +48,7 @@ def ros2_domain(text: str, key: str = DOMAIN) -> int:
 
 
 def ros2_namespace(text: str, key: str) -> str:
-    """Return `text` if it is a namespace; raises `InvalidValue` of `key`."""
+    """Return `text` if it is a namespace of ROS 2; raises `InvalidValue` naming `key`."""
     if not re.fullmatch(rf"({ROS_NAME})?/?", text):
         raise InvalidValue(key=key, value=text, reason="it must be names with slashes between them")
     return text

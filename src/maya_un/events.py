@@ -304,7 +304,7 @@ class FaultCleared(ControllerEvent, word="recovered", en="recovered", narrated=T
 
 @dataclass(frozen=True)
 class PhaseBegun(Event, word="phase", en="{name}", narrated=True, level=logging.DEBUG, words={"name": PHASES}):
-    """A phase begins, `name`, of a homing or of the primitive `primitive`; None for a homing."""
+    """The phase `name` of a homing or of a primitive begins. `primitive` is None for a homing."""
 
     name: str
     primitive: str | None = None

@@ -81,9 +81,9 @@ def run(
 
 
 def _unknown_option(arguments: list[str], context: typer.Context | None) -> str:
-    """Return the parser's message about the first option that a command does not have, which it took for an argument.
+    """Return the parser's message about the first unknown option in `arguments`, "" if there is none.
 
-    Commands take what they do not know for an argument, because a negative number begins like an option.
+    A command parses an unknown option as an argument, because a negative number begins like an option.
     """
     if context is None or not context.ignore_unknown_options:
         return ""

@@ -140,7 +140,7 @@ def watch(address: str, channels: Sequence[str], rate: float, seconds: float | N
 
 
 def require_rate(rate: float) -> None:
-    """Raise `InvalidValue` for a rate that no controller of the family supports."""
+    """Raise `InvalidValue` for a rate [samples/s] that no controller of the family supports."""
     if not 0.0 < rate <= 500.0:
         raise InvalidValue(key="--rate", value=rate, reason="it is above 0 and at most 500 samples a second")
 

@@ -477,7 +477,7 @@ class GclibSession:
 
 
 def guarded(work: Callable[[], T]) -> T:
-    """Return the result of `work`; raise its errors as gclib's."""
+    """Return the result of `work`; raises `GclibError` for an error of this package."""
     try:
         return work()
     except CodedError as error:

@@ -141,7 +141,7 @@ class Handles:
         return self.serial
 
     def dial(self, letter: str, peer: tuple[str, int], kind: HandleProtocol) -> Handle:
-        """Take a free handle for a connection of this controller; `take_dialing` returns it to be opened."""
+        """Take the free handle `letter` for a connection that this controller opens; `take_dialing` returns it."""
         index = LETTERS.index(letter)
         assert self._places[index] is None
         handle = Handle(index, peer, kind, DEFAULT_PORT + index, master=True, connected=False)

@@ -200,7 +200,7 @@ class Trippoint(Protocol):
 
     @property
     def timed(self) -> bool:
-        """Whether it depends on time only, which the thread's `due` contains."""
+        """Whether it depends on time only; the thread's `due` then contains that time as a sample number."""
         ...
 
     @property

@@ -209,7 +209,7 @@ class ProgramRunner:
         self._next = inf
 
     def hurry(self, until: float) -> None:
-        """Execute statements that do not change the machine, up to a time before which nothing else happens [s]."""
+        """Execute statements that do not change the machine, up to `until` [s]; nothing else happens before it."""
         core = self._unit.core
         now, passed, period = core.now, core.samples, core.sample
         running = [thread for thread in self._threads.all if thread.running]

@@ -193,7 +193,7 @@ class AtSpeed:
     moves: bool = True
 
     def when(self, now: float) -> float:
-        """Return the planned end of the last acceleration under way."""
+        """Return the planned end of the last acceleration under way [s], `now` if there is none."""
         times = [_steady(axis, now) for axis in self.axes if axis.moving]
         times += [plane.steady(now) for plane in self.planes if plane.running]
         return max([now, *times])

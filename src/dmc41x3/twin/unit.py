@@ -58,7 +58,7 @@ class Activity(Protocol):
 
     @property
     def watching(self) -> bool:
-        """Whether it must see events of axes at once, though it has nothing to do until then."""
+        """Whether it must see events of axes at once, even before its own next event."""
         ...
 
     def next_event(self) -> float:
@@ -179,7 +179,7 @@ class Unit:
 
     @property
     def time(self) -> int:
-        """TIME: samples since power-up, of 32 bits with a sign."""
+        """TIME: samples since power-up, as a signed 32-bit integer."""
         samples = int(self.core.samples + 1e-6)
         return (samples + (1 << 31)) % (1 << 32) - (1 << 31)
 

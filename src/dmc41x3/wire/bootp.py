@@ -130,7 +130,7 @@ class _Fields(NamedTuple):
 
 
 def _fields(data: bytes, code: int) -> _Fields | None:
-    """Return the fixed fields of a packet for Ethernet, None if it is none."""
+    """Return the fixed fields of a packet for Ethernet, None for any other data."""
     if len(data) < _FIXED.size or data[0] != code or data[1] != _ETHERNET or data[2] != _LENGTH:
         return None
     _, _, _, _, number, _, _, _, address, server, _, hardware, _, _ = _FIXED.unpack_from(data)

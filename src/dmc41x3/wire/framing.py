@@ -80,7 +80,7 @@ class LineSplitter:
             self._before = 0
 
     def _complete(self, end: str) -> str:
-        """Return the text before an end, and begin a new text after it."""
+        """Return the text before the terminator `end`, `TOO_LONG` if it is too long, and begin a new text."""
         length = self._before + len(self._pending)
         command = TOO_LONG if length > self.limit else self._pending
         self._pending = ""

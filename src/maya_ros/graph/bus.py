@@ -222,7 +222,7 @@ class BusAction:
         self.server.close()
 
     def kill(self) -> None:
-        """Stop serving as a node that dies."""
+        """Stop serving as if the node had died: cancel all goals without publishing their results."""
         self._deaf()
         self.server.kill()
 

@@ -1,7 +1,7 @@
 """The number of stops and faults of a robot, for commands that wait before they begin.
 
-After a stop, a fault or an emergency stop, no command may begin that was sent before. A command notes the number when
-it is accepted, and compares it after each wait.
+After a stop, a fault or an emergency stop, no earlier command may begin. A command notes the number when it is
+accepted, and compares it after each wait.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Every topic, service and action of Maya: names, types, publishers and subscribers. This is the only list.
 
-The manual's chapter Communications fixes names and types; `Row.manual` marks additions to it. Units are SI.
+The manual's chapter Communications fixes names and types; `Row.manual` is False for additions to it. Units are SI.
 """
 
 from __future__ import annotations

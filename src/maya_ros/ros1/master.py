@@ -357,7 +357,7 @@ class Registrar:
                 _done(one)
 
     def _next(self) -> list[Work]:
-        """Return the work that waits, `BURST` pieces at most, or after `QUIET` the checks."""
+        """Return the waiting work, `BURST` pieces at most; if none arrives within `QUIET`, return the checks."""
         try:
             work = [self._work.get(timeout=QUIET if self._checks else None)]
         except Empty:

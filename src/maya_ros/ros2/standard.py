@@ -113,7 +113,7 @@ class RosoutHandler(logging.Handler):
         self._last: logging.LogRecord | None = None
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Publish a record; what the writing thread itself says would come back to it."""
+        """Publish a record, unless the writing thread itself logged it: it would come back to that thread."""
         if self._writer.writes_in(record.thread) or record is self._last:
             return
         self._last = record  # it comes again from a logger further up

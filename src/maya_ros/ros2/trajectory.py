@@ -1,9 +1,9 @@
 """The action control_msgs/FollowJointTrajectory: a trajectory of a, b, c, carried out by /controller/follow.
 
-The whole trajectory is checked before anything moves. The robot follows its path with a law of time of its own, and
-takes at least as long as the last `time_from_start` says. The position that a tolerance refers to is that of the
-trajectory at the same time, straight between its points. A goal whose start is later waits, one at a time. A stop or
-a fault ends a goal that has not begun to move the robot.
+The whole trajectory is checked before anything moves. The robot follows its path with its own timing law, and takes
+at least as long as the last `time_from_start` says. A tolerance refers to the position of the trajectory at the same
+time, interpolated linearly between its points. A goal whose start is later waits; only one goal can wait. A stop or a
+fault ends a goal that has not begun to move the robot.
 
 A goal that cannot be carried out is aborted and not rejected, because only a result has room for the reason.
 """
@@ -54,7 +54,7 @@ class Timetable(NamedTuple):
     goal_time: float
 
     def at(self, time: float) -> Joints:
-        """Return the joints at a time, straight between the points."""
+        """Return the joints at a time, interpolated linearly between the points."""
         if time <= self.times[0]:
             return self.places[0]
         for (t0, p0), (t1, p1) in pairwise(zip(self.times, self.places, strict=True)):
@@ -113,8 +113,8 @@ class JointTrajectories:
     def _place(self, table: Timetable) -> Iterator[None]:
         """Hold the only place for a goal that waits, from its check to its start.
 
-        Raises `TrajectoryRefused` if the start is too late, `Busy` if it is later and another goal waits, or if it is
-        now and the robot follows another goal.
+        Raises `TrajectoryRefused` if the start is more than `LONGEST_WAIT` away. Raises `Busy` if the start is in the
+        future and another goal waits, or if the start is now and the robot follows another goal.
         """
         wait = table.start - self._now()
         if wait > LONGEST_WAIT:

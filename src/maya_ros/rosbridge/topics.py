@@ -208,7 +208,7 @@ class ClientPublications:
                 canceller.publish({"stamp": {"secs": 0, "nsecs": 0}, "id": goal})
 
     def _canceller(self, action: str) -> Publisher:
-        """Return what cancels goals of an action: it is advertised with the first goal.
+        """Return the publisher that cancels goals of an action; it is advertised with the first goal.
 
         A server of ROS 1 connects to it in some milliseconds, and a message that is published earlier is lost.
         """
@@ -270,7 +270,8 @@ class SubscribeRequest(NamedTuple):
 class TopicReading:
     """One topic to which a client subscribes, under the name that the client used.
 
-    Of several requests, the least throttle, queue and fragment count, and the strongest compression, as in rosbridge.
+    Of several requests, the smallest throttle, queue and fragment, and the strongest compression apply, as in
+    rosbridge.
     `ended` receives action and id of goals, if the topic has the results of an action.
     """
 

@@ -84,9 +84,10 @@ class ControllerAssembly:
 def machine_of(config: Config) -> TrueConstants:
     """Return the constants of a machine that is built as its configuration says.
 
-    A configuration lacks some constants, which are those of Maya: friction (of a line: in loads), the distance from a
-    switch to the hard stop (longer if homing needs more to brake), and the delay (shorter if an axis would lag by more
-    than a quarter of its error limit).
+    A configuration does not contain some of the constants. The machine has the values of Maya for them: friction (for
+    the lines in proportion to `torque_per_load`), the distance from a switch to the hard stop (longer if homing needs
+    more to brake), the delay (shorter if an axis would lag by more than a quarter of its error limit), the stall
+    stiffness, and the fall speed.
     """
     from maya_un.machine.truth import TrueConstants  # noqa: PLC0415
 

@@ -43,7 +43,10 @@ class JobBuilder(PrimitiveSteps):
         return replace(self, places={**self.places, name: list(at)})
 
     def pallet(self, name: str, corners: Sequence[Spot], rows: int, columns: int, *, full: bool = False) -> Self:
-        """Name a grid of places spanned by its corners; with `full` a part stands on every cell at the start."""
+        """Name a grid of places by its corners (names, or x, y and perhaps z [m]).
+
+        With `full` a part stands on every cell at the start.
+        """
         grid = {"corners": [plain(corner) for corner in corners], "rows": rows, "columns": columns, "full": full}
         return replace(self, pallets={**self.pallets, name: grid})
 

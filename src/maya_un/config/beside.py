@@ -18,7 +18,7 @@ class ComsConfig(ConfigSection):
 
     name: RobotName = Field(
         default_factory=robot_name,
-        description="name of the robot for its supervisors; default: MAYA, or the ROS namespace in capitals",
+        description="name of the robot for its supervisors; default: MAYA; in the ROS namespace maya2, MAYA2",
     )
     server_address: Annotated[
         str,

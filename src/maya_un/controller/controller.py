@@ -235,10 +235,10 @@ class GalilController:
             monitor.publish()
 
     async def home(self) -> None:
-        """Find the switches, define the counts, measure the strokes (`controller.homing`), or go to the homed pose.
+        """Find the switches, define the counts, measure the strokes (`controller.homing`).
 
-        A machine that needs a person for that only goes there, once its datum is given. Raises the errors of a motion,
-        and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, `DatumNeeded`.
+        If the machine needs a person for that, only go to the homed pose, once a datum is given. Raises the errors of a
+        motion, and `WiringContradictsCn`, `HomingStalled`, `SwitchNotFound`, `StrokeDiffers`, `DatumNeeded`.
         """
         monitor = self._monitor
         if self.config.person_needed:

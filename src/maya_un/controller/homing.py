@@ -4,9 +4,9 @@ It needs a switch of axis a at either end, switches at the short ends of both li
 switches are not measured. Other machines are homed by a person (`maya_un.controller.datum`).
 
 Known facts: lengthening a line never breaks b + c >= W; shortening a line always raises the gripper; moving both lines
-by equal and opposite amounts keeps the gripper on an ellipse about the two anchors, along which the tension is largest
-in the middle, at most 1.11 times the tension where a short switch ends the ellipse. Unknown are lengths, friction,
-following, the long ends. So the sequence relies on switches, following error and motor torque
+by equal and opposite amounts keeps the gripper on an ellipse about the two anchors. A high tension is largest near the
+middle of the ellipse: at most 1.11 times the tension where a short switch ends the ellipse. Unknown are lengths,
+friction, following, the long ends. So the sequence relies on switches, following error and motor torque
 (docs/explanation/homing.md derives every bound):
 
 1. raise: shorten both lines in steps, each a fraction of the length that, by the torque, remains before the lines are
@@ -199,7 +199,7 @@ class HomingRun:
         return _inside(self._config, B + C - axis, max(least, min(wanted, self._config.deepest)))
 
     def _taut_with(self, length: float) -> float:
-        """Return the least length of a line with which the other one is taut at `length` [m]."""
+        """Return the least length of one line at which the other line is taut if it is `length` long [m]."""
         return sqrt(max(0.0, length * length - self._width * self._width))
 
     def _beside_short_b(self) -> float:

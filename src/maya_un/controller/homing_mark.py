@@ -1,8 +1,9 @@
 """The mark that a homing leaves in the controller, and where this program leaves the axes at rest.
 
-A reset erases the mark. A variable alone would come back by a burned BV, so the mark is a pair: the variable `mayahome`
-and the axis user variable ZA (part of the data record, zero after a reset) must hold the same number, and the lines'
-counts must lie within their strokes. After a reset the counts start at zero, outside the strokes.
+A reset erases the mark. A variable alone is not enough: if somebody burned it (command BV), a reset restores it. So the
+mark is a pair: the variable `mayahome` and the axis user variable ZA (part of the data record, zero after a reset) must
+hold the same number, and the lines' counts must lie within their strokes. After a reset the counts start at zero,
+outside the strokes.
 
 Counts depend on where the configuration of their homing placed the switches (`axes.*.minimum`), so the controller
 stores that too, as `mayamina`, `mayaminb`, `mayaminc` [counts]. If a calibration has changed them since, the mark is no

@@ -58,7 +58,7 @@ class StateBroadcaster:
         self._newer.clear()
 
     async def watch(self, shown: State | None = None) -> AsyncIterator[State]:
-        """Yield the state now, unless it is the one `shown` before, and every newer one.
+        """Yield the present state, unless it is `shown`, and then every newer state.
 
         A slow reader skips to the newest.
         """

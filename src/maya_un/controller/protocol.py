@@ -326,7 +326,10 @@ class Controller(Protocol):
         ...
 
     async def give_datum(self, joints: Joints, *, by: str) -> None:
-        """Believe `by`, a person, that the robot stands at `joints` (rad, m, m); moves nothing."""
+        """Accept the statement of the person `by` that the robot stands at `joints` (rad, m, m); moves nothing.
+
+        Raises `Unreachable`, `Busy`, `NotConnected`, `Faulted`, ownership and configuration errors.
+        """
         ...
 
     async def confirm_datum(self, joints: Joints, *, by: str) -> None:
@@ -337,7 +340,7 @@ class Controller(Protocol):
         ...
 
     async def guarded_move(self, axis: str, distance: float) -> Jogged:
-        """Move one axis of a robot that is not homed slowly by a short `distance` (rad or m); return the way moved."""
+        """Move one axis of a robot that is not homed slowly by a short `distance` (rad or m); return the real one."""
         ...
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:

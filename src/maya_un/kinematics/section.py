@@ -75,14 +75,14 @@ class Section:
         return np.min(limits, axis=0) - self.inset
 
     def area(self) -> float:
-        """Return the size of the section [m²], exact to 1e-6 of it."""
+        """Return the size of the section [m²], with a relative error of at most 1e-6."""
         return self._integral(np.ones_like)
 
     def moment(self, axis: float) -> float:
-        """Return the section's first moment about the vertical line at u = `axis` [m³], exact to 1e-6 of it.
+        """Return the section's first moment about the vertical line at u = `axis` [m³].
 
         It is the area times the distance of its centroid, and the volume that the section fills when it is turned about
-        this line by one radian.
+        this line by one radian. The relative error is at most 1e-6.
         """
         return self._integral(lambda u: u - axis)
 

@@ -59,7 +59,7 @@ class PartTable:
         return self._carried
 
     def add(self, name: str, place: Place) -> None:
-        """Put a part on the table. Raises `ValueError` if the name is taken."""
+        """Put a part on the table at `place` [m]; raises `ValueError` if the name is taken."""
         if name in self._places:
             raise ValueError(f"a part called {name} is on the table already")
         x, y, z = place
@@ -224,7 +224,7 @@ class MechanicsLog:
             self.listener.gripped(name)
 
     def release(self, name: str, place: Place, drop: PartDrop | None) -> None:
-        """Record that the jaws released a part, and whether it fell."""
+        """Record that the jaws released a part, which rests at `place` [m], and its fall, if it fell."""
         if drop is not None:
             self._windows[-1] = replace(self._windows[-1], drops=(*self._windows[-1].drops, drop))
         if self.listener is not None:

@@ -51,7 +51,7 @@ class _Servo:
 def built(
     truth: TrueConstants, start: StartPose, parts: Mapping[str, Place] | None = None, *, trace: bool = False
 ) -> tuple[MayaMechanics, Plant]:
-    """Return the mechanics of a machine, and the plant that a controller drives: with the mistakes of its wiring."""
+    """Return the mechanics of a machine, and the plant that a controller drives, which contains the wiring mistakes."""
     body = MayaMechanics(truth, start, parts, trace=trace)
     return body, body if truth.wiring == WIRED else MiswiredPlant(body)
 
@@ -130,7 +130,10 @@ class MiswiredPlant:
         return servo.units * self._body.position(self._axis_of[servo.encoder])
 
     def next_event(self, until: float) -> float | None:
-        """Return the earliest time in (now, until] at which the machine must look; every 2 ms while a servo pushes."""
+        """Return the earliest time in (now, until] at which the machine must be evaluated, None without one.
+
+        While a servo pushes, that is every 2 ms.
+        """
         now = self._body.now
         if until <= now:
             return None

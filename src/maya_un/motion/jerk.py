@@ -149,7 +149,10 @@ class Smooth:
         )
 
     def cruises(self) -> Floats:
-        """Return the times at which cruises begin and end that last a hundredth of the whole duration or more."""
+        """Return the times [s] at which cruises begin, then those at which they end.
+
+        A cruise counts if it lasts a hundredth of the whole duration or more.
+        """
         even = np.abs(self.accelerations) <= 1e-6 * np.abs(self.accelerations).max()
         long = even[:-1] & even[1:] & (np.diff(self.times) >= 0.01 * self.duration)
         return np.concatenate((self.times[:-1][long], self.times[1:][long]))

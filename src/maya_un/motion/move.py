@@ -408,7 +408,7 @@ class CoordinatedMove:
         return speed / self.vd, self.position_after(min(self.profile.length, way + self.stop_distance(speed)))
 
     def position_after(self, way: float) -> Joints:
-        """Return the position of the axes after a `way` along the path [counts] (rad, m, m)."""
+        """Return the position of the axes (rad, m, m) after a `way` [counts] along the path."""
         index = bisect_right(self.ways, way)
         if index >= len(self.segments):
             return self.units.to_joints(self.end)

@@ -225,7 +225,7 @@ class _Found:
 
 
 def _round(found: _Found, one: Floats, two: Floats, three: Floats, cut: Blend) -> None:
-    """Add the curves of a corner, divided where a leg begins to slow down or ends to speed up."""
+    """Add the curves of a corner, divided where a leg begins to slow down and where one has finished speeding up."""
     moments = sorted({0.0, 1.0 - cut.fall, cut.rise, 1.0})
     spans = [(begin, end) for begin, end in pairwise(moments) if end - begin > 1e-9]
 

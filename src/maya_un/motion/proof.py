@@ -97,7 +97,7 @@ def along(workspace: Workspace, joints: Floats) -> Floats:
 
 
 def places(starts: Floats, ends: Floats) -> Floats:
-    """Return the seven places that determine polynomials along chords, for rows of (k, n): (k, 7, n)."""
+    """Return seven places (k, 7, n) on chords from `starts` to `ends` (k, n); values there determine a polynomial."""
     return starts[:, np.newaxis] + _SHARES[:, np.newaxis] * (ends - starts)[:, np.newaxis]
 
 

@@ -202,9 +202,9 @@ SLOWEST = 2.0
 
 
 class Ramps(NamedTuple):
-    """The motion in every chord: from speed `start` to `top` at `up`, on at `top`, and to `end` at `down`; (n,) each.
+    """The motion in every chord: from speed `start` up to `top`, on at `top`, and down to `end`; (n,) each.
 
-    Speeds in counts/s, accelerations in counts/s², none of them 0.
+    `up` is the acceleration, `down` the deceleration. Speeds in counts/s, accelerations in counts/s², none of them 0.
     """
 
     start: Floats
@@ -215,7 +215,10 @@ class Ramps(NamedTuple):
 
 
 class _ChordPieces(NamedTuple):
-    """Pieces in order: the chord of each, its share at the end of each, target speed, and speed at its end."""
+    """Pieces of chords in order: index of the chord, passed share of the chord at the end of the piece, and speeds.
+
+    `target` is the target speed, `end` the speed at the end of the piece [counts/s].
+    """
 
     chord: NDArray[np.intp]
     share: Floats

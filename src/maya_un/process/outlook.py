@@ -50,9 +50,10 @@ class Fork(NamedTuple):
 
 
 class Course(NamedTuple):
-    """The poses in which the next task of a job may begin; the first is the predicted one, if it is `expected`.
+    """The poses in which the next task of a job may begin; if `expected`, the first is the predicted one.
 
-    `inputs` are the present digital inputs, None if unknown. `answers` are those to earlier questions, by task.
+    `expected` is whether the prediction reaches this task. `inputs` are the present digital inputs, None if unknown.
+    `answers` are those to earlier questions, by task. `forks` are the open branches, the innermost last.
     """
 
     poses: tuple[Pose, ...]

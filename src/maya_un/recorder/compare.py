@@ -1,4 +1,4 @@
-"""Comparison of two runs of the same commands: answers, facts in data records, motion times, ends."""
+"""Comparison of two runs of the same commands: replies, messages, data records, durations and ends of motions."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ def _take_apart(pieces: Sequence[WirePiece], found: RecordedTalk) -> None:
 
 
 def _beginnings(pieces: Sequence[WirePiece], start: int) -> Iterator[int]:
-    """Yield the indices of commands before which all earlier ones were answered, as far as the pieces show."""
+    """Yield the index of every opening, and of every command that seems to follow the replies to all earlier ones."""
     heard: WirePiece | None = pieces[start - 1] if start else None
     for place in range(start, len(pieces)):
         piece = pieces[place]

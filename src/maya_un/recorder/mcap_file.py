@@ -1,6 +1,6 @@
 """Recordings as MCAP files: indexed, compressed, with JSON schemas that viewers read.
 
-Import it late: a robot that never fails needs no library for it.
+Import this module only where a file is written or read: a robot that saves no recording does not need its library.
 """
 
 from __future__ import annotations

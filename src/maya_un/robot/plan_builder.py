@@ -207,7 +207,7 @@ class ApproachTarget:
         return target._replace(z=target.z + self.clearance)
 
     def why_not(self, target: Point) -> Reason | None:
-        """Return why `target` is not reachable, None if it is."""
+        """Return why `target` [m] or its approach point is not reachable, None if the requirement is met."""
         own = self.workspace.why_not(target) if self.touched else None
         reason = own or self.workspace.why_not(self.above(target))
         if reason is None or reason is own or reason.limit is Limit.NUMBER:

@@ -83,7 +83,7 @@ class Nearest:
 
 @dataclass(frozen=True, slots=True)
 class Samples:
-    """A motion sampled: times from the start of the job [s], joints [rad, m, m] and velocities [rad/s, m/s, m/s]."""
+    """The samples of a motion: times from the job's start [s], joints [rad, m, m] and velocities [rad/s, m/s, m/s]."""
 
     step: int
     time: tuple[float, ...]

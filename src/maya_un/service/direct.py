@@ -366,7 +366,10 @@ class DirectCommands:
         await self._do("datum", self._controller.confirm_datum(joints, by=by.name))
 
     async def guarded_move(self, axis: str, distance: float) -> Jogged:
-        """Move one axis of a robot that is not homed by `distance` (rad or m); return the distance moved."""
+        """Move one axis of a robot that is not homed by `distance` (rad or m, at most `datum.NUDGE`).
+
+        Return the distance moved. Raises `InvalidValue`, `DatumRefused`, `HomingStalled`, and the errors of a motion.
+        """
         return await self._do("guarded move", self._controller.guarded_move(axis, distance))
 
     async def move(self, target: Joints) -> None:

@@ -270,7 +270,7 @@ class LeaseService:
         lease.on_change.insert(0, self._changed)
 
     async def view(self, by: Caller) -> LeaseView:
-        """Return the current driver."""
+        """Return the holder of the control lease, its times, offer and request, and whether `by` holds it."""
         lease, holder = self._lease, self._lease.holder
         nobody = LeaseHolder("", "", 0.0)
         shown = holder or nobody

@@ -372,7 +372,10 @@ class Service:
         return MotionSnapshot(run.move, run.began, self._controller.mechanism, ahead)
 
     def next_step(self) -> NextStep | None:
-        """Return the step after the running one, None without one; another object once its path is computed."""
+        """Return the step after the running one, None without one.
+
+        Once the path of the step is computed, a new object is returned.
+        """
         return self._process.ahead.look()
 
     def table(self) -> TableView:

@@ -32,7 +32,7 @@ _MOST_BITS = 1024
 
 
 def check_deadline(deadline: float, key: str = "deadline") -> None:
-    """Raise `InvalidValue` naming `key` for a time that is not positive, or too long [s]."""
+    """Raise `InvalidValue` naming `key` unless `deadline` [s] is positive and at most `LONGEST_DEADLINE`."""
     if not 0.0 < deadline <= LONGEST_DEADLINE:
         reason = phrase("it must be seconds, more than 0, at most {most:g}", most=LONGEST_DEADLINE)
         raise InvalidValue(key=key, value=shown(deadline), reason=reason)

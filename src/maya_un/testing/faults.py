@@ -50,22 +50,22 @@ def latency(
 
 
 def drop(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
-    """Lose replies."""
+    """Lose each reply, message or data record with `probability` (0 to 1)."""
     return fault(virtual, "drop", probability=probability)
 
 
 def duplicate(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
-    """Send replies twice."""
+    """Send each reply, message or data record twice with `probability` (0 to 1)."""
     return fault(virtual, "duplicate", probability=probability)
 
 
 def garbage(virtual: VirtualController, probability: float = 1.0, *, count: int = 8) -> AbstractContextManager[object]:
-    """Put `count` random bytes before replies."""
+    """Put `count` random bytes before each reply, message or data record with `probability` (0 to 1)."""
     return fault(virtual, "garbage", probability=probability, bytes=count)
 
 
 def refuse_commands(virtual: VirtualController, probability: float = 1.0) -> AbstractContextManager[object]:
-    """Answer commands with `?` and do not execute them."""
+    """Answer each command with `?`, and do not execute it, with `probability` (0 to 1)."""
     return fault(virtual, "refuse_commands", probability=probability)
 
 

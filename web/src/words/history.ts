@@ -53,7 +53,7 @@ export const HISTORY = words({
   copy: ["Copy as YAML", "Copiar como YAML"],
   yaml: ["The job in YAML", "El trabajo en YAML"],
   saveNow: ["Save the last minutes", "Guardar los últimos minutos"],
-  saved: ["Saved: {name}", "Guardado: {name}"],
+  saved: ["Saved: {name}", "Guardada: {name}"],
   noRecordings: ["No recording yet. The service saves the last minutes by itself after a fault, a limit switch, an emergency stop or a lost connection. You can also save them now.", "Aún no hay grabaciones. El servicio guarda los últimos minutos por sí mismo tras un fallo, un final de carrera, una parada de emergencia o una conexión perdida. También puede guardarlos ahora."],
   mcapOf: ["Download {name} (MCAP)", "Descargar {name} (MCAP)"],
   csvOf: ["Download {name} as a table (CSV)", "Descargar {name} como tabla (CSV)"],

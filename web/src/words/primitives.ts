@@ -23,5 +23,5 @@ export const MEANINGS: Record<PrimitiveName, Words> = {
   line: ["Goes straight to the target.", "Va en línea recta al destino."],
   move: ["Goes to the target with all joints at once.", "Va al destino con todas las articulaciones a la vez."],
   gripper: ["Opens or closes the gripper.", "Abre o cierra la pinza."],
-  home: ["Finds the switches of the axes and measures the position.", "Busca los interruptores de los ejes y mide la posición."],
+  home: ["Finds the switches of the axes and measures the position.", "Busca los finales de carrera de los ejes y mide la posición."],
 };

@@ -17,7 +17,7 @@ export const ROBOTS = words({
   refused: [`The broker does not let this robot's login read the steps of robots. Its administrator can allow it: ${GUIDE}`, `El broker no permite a la cuenta de este robot leer los pasos de los robots. Su administrador puede permitirlo: ${GUIDE}`],
   noStepSeen: [`No step has been seen since {time}. If a robot carries out a step now, the rules of the broker hide it from this robot's login: ${GUIDE}`, `No se ha visto ningún paso desde las {time}. Si un robot ejecuta un paso ahora, las reglas del broker lo ocultan a la cuenta de este robot: ${GUIDE}`],
   noRobots: ["The broker knows no robot yet. A robot appears here when it connects.", "El broker aún no conoce ningún robot. Un robot aparece aquí cuando se conecta."],
-  onlyThis: ["The red button stops only {name}. Stop another robot at the robot itself, or on its own page.", "El botón rojo para solo a {name}. Pare otro robot en el robot mismo, o en su propia página."],
+  onlyThis: ["The red button stops only {name}. Stop another robot at the robot itself, or on its own page.", "El botón rojo solo detiene a {name}. Detenga cualquier otro robot en el propio robot o en la página de ese robot."],
   more: ["{count} further robots are not shown.", "No se muestran otros {count} robots."],
   robotCount: ["{count} robots", "{count} robots"],
   oneRobot: ["1 robot", "1 robot"],

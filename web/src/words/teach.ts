@@ -33,7 +33,7 @@ export const TEACH = words({
   renameHint: ["Jobs that use the old name can no longer begin.", "Los trabajos que usan el nombre anterior ya no podrán empezar."],
   removeTitle: ["Delete {name}?", "¿Borrar {name}?"],
   removePose: ["Jobs that use this pose can no longer begin.", "Los trabajos que usan esta pose ya no podrán empezar."],
-  removePallet: ["Jobs that use this pallet can no longer begin. The poses at its corners stay.", "Los trabajos que usan este palé ya no podrán empezar. Las poses de sus esquinas se quedan."],
+  removePallet: ["Jobs that use this pallet can no longer begin. The poses at its corners stay.", "Los trabajos que usan este palé ya no podrán empezar. Las poses de sus esquinas se conservan."],
   removeZone: [
     "The robot may then enter it. A zone of the configuration comes back when the service starts again.",
     "El robot podrá entrar en ella. Una zona de la configuración vuelve cuando el servicio arranque de nuevo.",
@@ -53,7 +53,7 @@ export const TEACH = words({
   cornerRow: ["Last cell of the first row", "Última celda de la primera fila"],
   cornerColumn: ["First cell of the last row", "Primera celda de la última fila"],
   cornerLast: ["Last cell", "Última celda"],
-  cornerLastHint: ["The fourth corner is optional. It corrects a grid that is not square.", "La cuarta esquina es opcional. Corrige una cuadrícula sin escuadra."],
+  cornerLastHint: ["The fourth corner is optional. It corrects a grid that is not square.", "La cuarta esquina es opcional. Corrige una cuadrícula que no está en escuadra."],
   addCorner: ["Add the last cell", "Añadir la última celda"],
   dropCorner: ["Remove the last cell", "Quitar la última celda"],
   byCoordinates: ["coordinates", "coordenadas"],

@@ -177,7 +177,10 @@ HEAD = "     position velocity  error  torque motor  motion  lim stop code"
 
 
 def axes(record: DataRecord, width: int) -> list[Line]:
-    """Return a header and one line for each axis: counts, counts/s, counts, V, motor, motion, switches, stop code."""
+    """Return a header and one line for each axis.
+
+    A line shows position [counts], velocity [counts/s], error [counts], torque [V], motor, motion, switches, stop code.
+    """
     rows = zip(LETTERS, record.axes, strict=False)
     return [[("class:head", HEAD[:width])], *(_axis(letter, axis, width) for letter, axis in rows)]
 

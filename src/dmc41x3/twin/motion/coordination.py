@@ -249,7 +249,7 @@ class Contour(Feed):
         self.stale = True
 
     def set_time(self, interval: int, sample: float) -> None:
-        """Set the duration of the next records (CD with =t); a pause remains in force."""
+        """Set the duration of the next records (CD with =t), 2**interval * sample [s]; a pause remains in force."""
         if not self.paused:
             self.interval = interval
         self._usual = 2**interval * sample

@@ -152,7 +152,7 @@ class Failures:
 
     @property
     def active(self) -> bool:
-        """Whether a register enables a monitor, or a motor that pushes is being timed."""
+        """Whether a register enables a monitor, or one times a motor that pushes while its encoder does not move."""
         return self.watching or bool(self._pushes) or self._core.cn[3] == 1
 
     @property

@@ -238,7 +238,8 @@ def brake(segments: Sequence[PathSegment], start: PathSpan, deceleration: float,
 def bound(segments: Sequence[PathSegment], bounds: list[float], deceleration: float, ended: bool) -> int:
     """Update `bounds`, the largest speed allowed at the end of every segment [counts/s].
 
-    On entry `bounds` are those of the segments that existed before; return the first place that has changed.
+    On entry `bounds` are those of the segments that existed before; return the first index that has changed.
+    `deceleration` is that of the path [counts/s²]; `ended` means that LE or VE closed the sequence.
     """
     known = len(bounds)
     bounds += [inf] * (len(segments) - known)

@@ -346,7 +346,7 @@ class Plane:
         self.clear()
 
     def clear(self) -> None:
-        """Empty the buffer (CS); refused while the sequence runs."""
+        """Empty the buffer (CS); raises `Rejection` while the sequence runs."""
         if self.running:
             raise Rejection(ErrorCode.NOT_WHILE_RUNNING)
         self.ended = False

@@ -309,7 +309,7 @@ class LoopbackPort:
 
 
 class _LoopbackDatagramLink:
-    """The peer of a handle that a datagram in memory opened; its end sends nothing."""
+    """The peer of a handle that a datagram in memory opened; `close` and `cut` send nothing."""
 
     def __init__(self, end: LoopbackDatagrams) -> None:
         self._end = end

@@ -338,8 +338,8 @@ async def bridged(
     """Carry out the steps of /step_command with /task while the block runs, as far as `permit` allows.
 
     /step_robot publishes the name of the robot and its journal. Results that an earlier run could not send are sent
-    once a client subscribes. After a stop or a fault of the robot, no step begins that waited then. The loop's clock
-    runs at `speed`.
+    once a client subscribes. After a stop or a fault of the robot, steps that were waiting do not begin. The loop's
+    clock runs at `speed`.
     """
     results = graph.advertise(STEP_RESULT.name, STEP_RESULT.type, queue_size=STEP_RESULT.queue_size)
     status = graph.advertise(STEP_STATUS.name, STEP_STATUS.type, queue_size=STEP_STATUS.queue_size)

@@ -38,7 +38,7 @@ def _flat(table: Mapping[str, object], before: str = "") -> list[tuple[str, str]
 
 
 def valid(question: Question, answer: str) -> bool:
-    """Return whether an answer is one of the choices, or a number where a number is asked for."""
+    """Return whether an answer is one of the choices or, if the question has none, a number from 0 to below 1e6."""
     if question.choices:
         return any(choice.value == answer for choice in question.choices)
     try:

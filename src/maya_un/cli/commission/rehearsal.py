@@ -26,10 +26,10 @@ class TwinPerson:
         return self._found(question) if question.ask in _LOOKS else self._done(question)
 
     def begin(self, title: Phrase) -> None:
-        """Take note."""
+        """Do nothing: the simulated person needs no news of the steps."""
 
     def tell(self, text: Phrase) -> None:
-        """Take note."""
+        """Do nothing: the simulated person needs no messages."""
 
     def _done(self, question: Question) -> str:
         """Do what is asked for."""

@@ -95,7 +95,7 @@ class RemoteAccess(NamedTuple):
         return OriginPolicy(self.listen is not None, frozenset(hosts), origins, far=rate, readers=self.clients)
 
     def _connections(self) -> int:
-        """Return the number of connections per address: all of its pages may load at the same time."""
+        """Return the most connections from one address: all clients behind it may load their pages at the same time."""
         return REMOTE_CONNECTIONS_EACH if self.clients == CLIENTS_EACH else BROWSER_CONNECTIONS * self.clients
 
 

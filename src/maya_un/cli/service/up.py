@@ -1,7 +1,7 @@
 """`maya up`: run a robot in this thread, and its HTTP server in another.
 
-It prints a banner (address, waiting jobs, next commands), sends messages to systemd (sd_notify(3)), and ends on the
-path or after the running step.
+It prints a banner (address, waiting jobs, next commands), and sends messages to systemd (sd_notify(3)). Before it ends,
+it stops the robot on its path, or finishes the running step.
 """
 
 from __future__ import annotations

@@ -422,7 +422,7 @@ class StreamHub:
             source.look()
 
     def send_events(self, reader: StreamReader) -> None:
-        """Send a reader the events after the last one sent that the ring contains, then new ones as they occur."""
+        """Send a reader the missing events that the ring contains, then new events as they occur."""
         self._followers.add(reader)
         reader.pump()
 

@@ -37,7 +37,7 @@ class StepAhead:
         events.heard_by(self._hear)
 
     def look(self) -> NextStep | None:
-        """Return the next step, None without one; another object once its path is computed."""
+        """Return the next step, None without one. Once its path is computed, a new object is returned."""
         item = self._running()
         record = None if item is None else item.record
         if item is None or record is None:

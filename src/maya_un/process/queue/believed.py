@@ -1,4 +1,4 @@
-"""The places of the parts as far as jobs tell them. No sensor measures them, and people may move parts by hand."""
+"""The places of the parts, derived from jobs. No sensor measures them, and people may move parts by hand."""
 
 from __future__ import annotations
 

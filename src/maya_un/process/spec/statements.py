@@ -240,7 +240,7 @@ class WaitFor(JobStatement):
 
     @property
     def remark(self) -> str:
-        """The wait."""
+        """The remark that predictions contain no wait."""
         return phrase("the wait for input {input} counts as no time", input=self.input)
 
     @property
@@ -268,7 +268,7 @@ class AskOperator(JobStatement):
 
     @property
     def remark(self) -> str:
-        """The wait."""
+        """The remark that no prediction contains the wait."""
         return phrase("the wait for an answer counts as no time")
 
     @property

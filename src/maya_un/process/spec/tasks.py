@@ -427,7 +427,7 @@ class _Planned(NamedTuple):
 
 
 class _Situation(NamedTuple):
-    """The parts [m], the held part, the used cells and the last question at a place of a job."""
+    """The places of the parts [m], the held part, the used cells and the last question, at one point of a job."""
 
     parts: dict[str, Point | None]
     held: str | None

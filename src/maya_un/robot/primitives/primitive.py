@@ -270,7 +270,7 @@ class Primitive(ABC):
 
     @property
     def value(self) -> Any:
-        """The argument, None if it has none."""
+        """The value of the argument, None if the primitive has none."""
         return getattr(self, self.argument.key) if self.argument.key else None
 
     @property
