@@ -34,7 +34,7 @@ WALKS: Sequence[tuple[str, Sequence[Sequence[Step]]]] = (
         [
             ["[data-ended] .main"],
             ["[data-queue-clear]"],
-            [CLOSE, "[data-examples] button", "[data-do-preview]", "see [data-preview]"],
+            [CLOSE, "[data-examples] button", "[data-do-preview] button:not([aria-disabled])", "see [data-preview]"],
             [".more summary"],
         ],
     ),

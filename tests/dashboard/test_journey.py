@@ -87,7 +87,7 @@ def test_first_visit_home_pick_and_place(new: TwinService, tab_of: Callable[...,
     tab.press("submit")
     tab.until("document.title === 'pick and place: hecho · Maya'", "a tab that nobody sees says that the job has ended")
     tab.hide(False)
-    assert tab.get("document.title") == "Maya"
+    tab.until("document.title === 'Maya'", "no job runs, and the person sees the page")
     ended = tab.page.locator("[data-ended]").get_by_role("button", name="pick and place")
     expect(ended).to_be_visible()
     require_placed(new, "cube", TRAY)
