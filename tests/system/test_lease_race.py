@@ -273,7 +273,10 @@ async def test_fifty_people_race_for_the_lease(campaign: Campaign) -> None:
     count = campaign.size(ci=2_000, long=10_000) // sum(PEOPLE.values())
     async with shared_race() as race:
         people = [Person(name, race, campaign.rng(n)) for n, name in enumerate(race.tokens)]
-        await asyncio.gather(*(person.live(count) for person in people))
+        for _ in range(5):
+            await asyncio.gather(*(person.live(count) for person in people))
+            if race.halts:  # with few actions, some seeds never take the lease from somebody who jogs
+                break
         await elapse(60.0)
         log = spans(race.running.controller.events.since(0))
         assert race.running.lease.holder is None
