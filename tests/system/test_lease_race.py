@@ -78,17 +78,19 @@ class Wire:
     begins: list[tuple[float, int]] = field(default_factory=list[tuple[float, int]])
 
     def tapped(self, running: Stack) -> None:
-        """Listen at the twin's end of the wire; `begins` has the newest event beside each instant."""
-        assert running.twin is not None
+        """Listen at the program's end of the wire; `begins` has the newest event beside each instant.
+
+        At the twin's end a BG may arrive, in the same instant, after the event of a release that followed it.
+        """
         loop, events = asyncio.get_running_loop(), running.controller.events
 
-        def tap(_letter: str, way: str, data: bytes) -> None:
-            if way == "rx":
+        def tap(way: str, data: bytes) -> None:
+            if way == "tx":
                 words = [command.strip()[:2] for command in data.replace(b";", b"\r").split(b"\r")]
                 self.stops.extend(loop.time() for word in words if word == b"ST")
                 self.begins.extend((loop.time(), len(events)) for word in words if word == b"BG")
 
-        running.twin.controller.tap = tap
+        running.controller.tap(tap)
 
 
 @dataclass(slots=True)
