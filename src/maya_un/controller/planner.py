@@ -213,7 +213,10 @@ class Planner:
                 raise PathRefused(target=_text(path), reason="its lines would have to meet above their anchors")
         boom = joints[:, 0]
         if path.space is Space.CARTESIAN and (np.abs(boom[1:] - boom[:-1]) > pi).any():
-            raise PathRefused(target=_text(path), reason="it crosses the gap in the range of the boom")
+            raise PathRefused(
+                target=_text(path),
+                reason="it crosses the end of the boom's range, so the boom would have to turn all the way back",
+            )
         vias = range(1, len(joints) - 1) if path.is_joint else ()
         prove(workspace, joints, vias)
 

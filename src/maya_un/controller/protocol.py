@@ -340,7 +340,7 @@ class Controller(Protocol):
         ...
 
     async def guarded_move(self, axis: str, distance: float) -> Jogged:
-        """Move one axis of a robot that is not homed slowly by a short `distance` (rad or m); return the real one."""
+        """Slowly move one axis of a robot that is not homed by `distance` (rad or m); return the distance moved."""
         ...
 
     async def move(self, target: Joints, *, speed: float = 1.0) -> None:

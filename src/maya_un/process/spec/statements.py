@@ -240,7 +240,7 @@ class WaitFor(JobStatement):
 
     @property
     def remark(self) -> str:
-        """The remark that predictions contain no wait."""
+        """The remark that no prediction contains the wait."""
         return phrase("the wait for input {input} counts as no time", input=self.input)
 
     @property
