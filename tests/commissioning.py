@@ -9,6 +9,7 @@ from random import Random
 
 from dmc41x3.wire.transport import Transport
 from maya_un.assembly.controller import Twin, machine_of, make_twin
+from maya_un.axes import AXES
 from maya_un.cli.commission.rehearsal import TwinPerson
 from maya_un.commission.procedure import Commissioning
 from maya_un.commission.progress import CommissioningProgress
@@ -17,7 +18,6 @@ from maya_un.commission.steps import STEPS
 from maya_un.config import Config
 from maya_un.machine.truth import TrueConstants
 from maya_un.machine.wiring_faults import WiringFault, drawn
-from maya_un.values import AXES
 
 ROUNDING = 1e-5
 """An axis counts as still within this [rad or m]: ten encoder counts of a line."""

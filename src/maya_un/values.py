@@ -12,15 +12,8 @@ from typing import Literal, NamedTuple
 
 from dmc41x3.i18n import PHRASE, marked, phrase
 
-AXES = ("a", "b", "c")
-"""Names of the axes: a turns the boom, b and c are the two lines."""
-
-JOG_AXES = (*AXES, "x", "y", "z", "r")
-"""Directions of a jog: a joint, or the gripper along x, y, z or r, outward along the boom."""
-
 JogDirection = str | tuple[float, float, float]
-"""The direction of a jog: one of `JOG_AXES`, or a unit vector in which the gripper goes straight."""
-
+"""The direction of a jog: one of `axes.JOG_AXES`, or a unit vector in which the gripper goes straight."""
 
 FARTHEST = 1e4
 """Coordinates beyond this (rad, m) are refused everywhere, because no robot reaches them."""

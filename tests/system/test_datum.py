@@ -13,6 +13,7 @@ import pytest
 
 from dmc41x3.loops import run_virtual
 from dmc41x3.wire.transport import Transport
+from maya_un.axes import AXES
 from maya_un.cli.main import main
 from maya_un.config import Config
 from maya_un.config.files import parse
@@ -23,7 +24,7 @@ from maya_un.controller.homing import homed_pose
 from maya_un.errors import DatumContradicted, DatumNeeded, DatumRefused, InvalidValue, MayaError, NotHomed, Unreachable
 from maya_un.machine.truth import StartPose
 from maya_un.testing import Rig, rig
-from maya_un.values import AXES, Joints, Mode
+from maya_un.values import Joints, Mode
 from tests.campaign import Campaign
 from tests.conventions.source import ROOT
 from tests.machines import keys_of_machine

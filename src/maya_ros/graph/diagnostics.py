@@ -12,7 +12,8 @@ from enum import IntEnum
 from math import degrees
 
 from maya_ros.graph.protocol import Message, header
-from maya_un.values import AXES, Mode, Notice, State
+from maya_un.axes import AXES
+from maya_un.values import Mode, Notice, State
 
 CONTROLLER = "maya: controller"
 """The name of the controller layer's status."""

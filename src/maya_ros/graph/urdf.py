@@ -28,9 +28,10 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from maya_ros.graph.protocol import Graph, GraphHandle, Message, header
+from maya_un.axes import AXES
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.kinematics.mechanism import Mechanism
-from maya_un.values import AXES, Joints, State
+from maya_un.values import Joints, State
 
 BASE = "base"
 """The frame on the table top below axis a, which is the frame of all points."""

@@ -10,6 +10,7 @@ import typer
 from dmc41x3.address import SIM
 from dmc41x3.cli import parsing
 from dmc41x3.i18n import phrase
+from maya_un.axes import JOG_AXES
 from maya_un.cli import datum, migrate, primitives
 from maya_un.cli.access import commands as access
 from maya_un.cli.calibrate import commands as calibrate
@@ -30,7 +31,6 @@ from maya_un.cli.recordings import commands as recordings
 from maya_un.cli.settings import OutputSettings, settings_of
 from maya_un.errors import InvalidCommandLine, UnknownName
 from maya_un.quantities import ANGLE, LENGTH, joints_of, length, point_of, share, step
-from maya_un.values import JOG_AXES
 
 # Unknown options become arguments, so that `maya pick -0.2 1.1` means a place and not an option.
 _CONTEXT = {"help_option_names": ["--help"], "ignore_unknown_options": True}

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import typer
 
 from dmc41x3.i18n import marked, translate, translate_phrase
+from maya_un.axes import AXES
 from maya_un.cli.settings import settings_of
 from maya_un.cli.units import OutputUnits, units_of
 from maya_un.errors import UnknownName
 from maya_un.quantities import ANGLE, LENGTH, joints_of, step
-from maya_un.values import AXES
 
 Pose = Annotated[
     tuple[str, str, str],

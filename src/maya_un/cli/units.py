@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from math import degrees
 from typing import NamedTuple
 
+from maya_un.axes import AXES
 from maya_un.cli.settings import OutputSettings
-from maya_un.values import AXES
 
 
 class OutputUnits(NamedTuple):

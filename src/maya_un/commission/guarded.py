@@ -16,6 +16,7 @@ from math import floor
 from typing import NamedTuple
 
 from dmc41x3.driver import Driver
+from maya_un.axes import AXES
 from maya_un.cancellation import run_to_end
 from maya_un.commission.judgement import SIDES, SWITCHES, Readings, Trial
 from maya_un.config import Config, Units
@@ -24,7 +25,6 @@ from maya_un.controller.registers import NOT_NOTED, Dial, Registers, Torque, ide
 from maya_un.controller.seek import SETTLE, AxesReading, look_at
 from maya_un.controller.watchdog import Watchdog, WatchdogStatus
 from maya_un.errors import CommandRejected, MachineError, MayaError, SwitchBlocks
-from maya_un.values import AXES
 
 SHARE = 8
 """The error limit of a trial is this part of the configured one."""

@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from maya_un.axes import AXES
 from maya_un.errors import (
     AxesExchanged,
     AxisBackwards,
@@ -41,7 +42,6 @@ from maya_un.errors import (
     SwitchLevelsInverted,
     SwitchNotConnected,
 )
-from maya_un.values import AXES
 
 Side = Literal["reverse", "forward"]
 SIDES: tuple[Side, Side] = ("reverse", "forward")

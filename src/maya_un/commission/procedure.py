@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from dmc41x3.i18n import Phrase, phrase
+from maya_un.axes import AXES
 from maya_un.commission.guarded import Bounds, GuardedMachine, claimed
 from maya_un.commission.progress import CheckResult, CheckState, CommissioningProgress
 from maya_un.commission.questions import DONE, GO, QUIT, SKIP, Person, PossibleAnswer, Question, QuestionKind
@@ -16,7 +17,6 @@ from maya_un.config.files import checked
 from maya_un.config.settings import nested
 from maya_un.controller.registers import Dial
 from maya_un.errors import ConnectFailed, LinkLost, LinkTimeout, MachineError, MayaError, NotConnected
-from maya_un.values import AXES
 
 _LINK = (ConnectFailed, LinkLost, LinkTimeout, NotConnected)
 

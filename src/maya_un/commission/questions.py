@@ -10,7 +10,7 @@ from itertools import product
 from typing import NamedTuple, Protocol
 
 from dmc41x3.i18n import Phrase, phrase
-from maya_un.values import AXES
+from maya_un.axes import AXES
 
 GO, SKIP, QUIT = "go", "skip", "quit"
 """Answers to the question whether a step may begin."""

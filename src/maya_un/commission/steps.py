@@ -8,6 +8,7 @@ from math import degrees, inf
 from typing import Any
 
 from dmc41x3.i18n import PHRASE, Phrase, marked, phrase
+from maya_un.axes import AXES
 from maya_un.commission import judgement
 from maya_un.commission.guarded import GuardedMachine, Motion
 from maya_un.commission.judgement import SIDES, SWITCHES, Press, Seen, Side, Switch
@@ -41,7 +42,6 @@ from maya_un.errors import (
     SwitchBlocks,
     TorqueTooLow,
 )
-from maya_un.values import AXES
 
 PARTS: tuple[Phrase, Phrase, Phrase] = (phrase("the boom (a)"), phrase("line b"), phrase("line c"))
 

@@ -19,10 +19,11 @@ from pydantic import (
 from dmc41x3.address import parse as parse_address
 from dmc41x3.i18n import phrase
 from maya_un import manual
+from maya_un.axes import AXES
 from maya_un.config.base import ANGLE, LENGTH, ConfigSection, Contradiction, Metres, flaw
 from maya_un.config.beside import CameraConfig, ComsConfig, RecorderConfig, StorageConfig
 from maya_un.errors import InvalidRequest
-from maya_un.values import AXES, Joints
+from maya_un.values import Joints
 
 MOST_ZONES = 100
 """Most zones; each one makes the planning of every step longer."""

@@ -351,7 +351,7 @@ class GalilController:
         await self._travel("follow", way, speed, on_via)
 
     async def jog(self, axis: JogDirection, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
-        """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
+        """Move along one of `axes.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
         Returns the distance and the limit that shortened it. Raises `UnknownName` for another axis. Along a vector,
         `speed` is that of the beginning, and `jog_speed` changes it.

@@ -18,11 +18,12 @@ from typing import NamedTuple
 
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
+from maya_un.axes import AXES
 from maya_un.config import Units
 from maya_un.config.model import APART, STATED_WITHIN
 from maya_un.errors import CommandRejected, DatumContradicted, DatumRefused, InvalidValue, UnknownName
 from maya_un.kinematics.workspace import Stroke, Workspace
-from maya_un.values import AXES, Joints
+from maya_un.values import Joints
 
 NUDGE = Joints(0.09, 0.05, 0.05)
 """Longest guarded move (rad, m, m)."""

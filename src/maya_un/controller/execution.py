@@ -18,6 +18,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.codes import ErrorCode
 from dmc41x3.language.record import DataRecord
+from maya_un.axes import AXES
 from maya_un.controller import state_builder
 from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.fault_monitor import FaultMonitor
@@ -38,7 +39,7 @@ from maya_un.errors import (
 )
 from maya_un.events import MotionPaused, MotionResumed, SpeedChanged
 from maya_un.motion.move import CoordinatedMove, commands, speed_ratio
-from maya_un.values import AXES, StopReport
+from maya_un.values import StopReport
 
 _NOTHING = StopReport(False, 0.0, (0.0, 0.0, 0.0))
 

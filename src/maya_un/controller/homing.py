@@ -26,13 +26,14 @@ from typing import NamedTuple
 
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.config.model import MOST_SLACK
 from maya_un.controller.datum import shown
 from maya_un.controller.seek import FORWARD, RELEASE_WITHIN, REVERSE, AxesReading, Seeker, Stall
 from maya_un.errors import HomingStalled, MayaError, StrokeDiffers, SwitchNotFound
 from maya_un.schema.robot import Jogged
-from maya_un.values import AXES, Joints
+from maya_un.values import Joints
 
 A, B, C = 0, 1, 2
 

@@ -18,10 +18,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from dmc41x3.driver import Driver
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.controller.datum import GivenDatum, written
 from maya_un.errors import CommandRejected
-from maya_un.values import AXES, Joints
+from maya_un.values import Joints
 
 _SLACK = 0.035
 """A measured long end may lie 3 % beyond the configured one, plus the way past its switch."""

@@ -14,6 +14,7 @@ import numpy as np
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
+from maya_un.axes import AXES
 from maya_un.config import AxisConfig, Config, Units
 from maya_un.controller import datum, homing_mark, state_builder
 from maya_un.controller.command_slot import ExclusiveSlot
@@ -41,7 +42,7 @@ from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Stroke, Workspace
 from maya_un.motion.polyline import Polyline
 from maya_un.schema.robot import Signals
-from maya_un.values import AXES, Joints, Mode, Progress, State
+from maya_un.values import Joints, Mode, Progress, State
 
 
 class StateBroadcaster:

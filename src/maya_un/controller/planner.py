@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dmc41x3.i18n import phrase
+from maya_un.axes import AXES, JOG_AXES
 from maya_un.config import Config, Units
 from maya_un.controller.command_slot import RunningCommand
 from maya_un.controller.protocol import Inspection, Preview, inspect
@@ -42,7 +43,7 @@ from maya_un.motion.profile import Limits
 from maya_un.motion.proof import prove
 from maya_un.motion.timing import plan
 from maya_un.schema.robot import Jogged
-from maya_un.values import AXES, FARTHEST, JOG_AXES, LEAST_SPEED, WITHIN, JogDirection, Joints, Point
+from maya_un.values import FARTHEST, LEAST_SPEED, WITHIN, JogDirection, Joints, Point
 from maya_un.workers import Workers, WorkResult
 
 MOST_SEGMENTS = 511

@@ -16,13 +16,13 @@ import numpy as np
 from dmc41x3.driver import Driver
 from dmc41x3.i18n import phrase
 from dmc41x3.language.record import DataRecord
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.controller import homing_mark, registers, state_builder
 from maya_un.controller.monitor import PositionReckoner
 from maya_un.controller.registers import Torque
 from maya_un.errors import CommandRejected, ForeignMotion, HomingStalled, MayaError, Stopped, WiringContradictsCn
 from maya_un.motion.polyline import Polyline
-from maya_un.values import AXES
 
 Pause = Callable[[float], Awaitable[None]]
 """Waits until a loop time [s]; raises at once when the link is lost or a user stops the robot."""

@@ -9,6 +9,7 @@ from dmc41x3.i18n import phrase
 from dmc41x3.language.codes import STOP_TEXTS
 from dmc41x3.language.hardware import LETTERS
 from dmc41x3.language.record import DataRecord
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.errors import (
     AbortInput,
@@ -26,7 +27,7 @@ from maya_un.events import EmergencyStopped, FaultEntered, LimitHit, MotionStopp
 from maya_un.kinematics.closed import tension
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.schema.robot import Signals
-from maya_un.values import AXES, Joints, Mode, Notice, Point, Progress, State
+from maya_un.values import Joints, Mode, Notice, Point, Progress, State
 
 NORMAL_ENDS = frozenset({0, 1, 100, 101})
 """Stop codes of motions that ran as commanded (independent and coordinated)."""

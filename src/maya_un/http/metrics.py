@@ -9,11 +9,12 @@ from typing import NamedTuple
 from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, disable_created_metrics
 from prometheus_client.exposition import CONTENT_TYPE_LATEST, generate_latest
 
+from maya_un.axes import AXES
 from maya_un.errors import by_code
 from maya_un.events import Event, FaultEntered, JobAdvanced, StepAdvanced
 from maya_un.schema.jobs import QueueMode, QueueView, TaskState
 from maya_un.schema.robot import Status
-from maya_un.values import AXES, Mode
+from maya_un.values import Mode
 
 CONTENT_TYPE = CONTENT_TYPE_LATEST
 """The content type of `Metrics.text`."""

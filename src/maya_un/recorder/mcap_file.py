@@ -22,13 +22,14 @@ from dmc41x3.files import unreadable
 from dmc41x3.i18n import phrase
 from dmc41x3.wire.framing import RecordReply
 from dmc41x3.wire.transcript import WirePiece
+from maya_un.axes import AXES
 from maya_un.errors import FileUnreadable
 from maya_un.events import Event, event_of
 from maya_un.recorder import exchanges
 from maya_un.recorder.exchanges import RecordedExchange
 from maya_un.recorder.recording import Header, Recording, TimeSpan, plain
 from maya_un.validation import reason_of
-from maya_un.values import AXES, Mode, State
+from maya_un.values import Mode, State
 
 _NUMBER: dict[str, Any] = {"type": "number"}
 _TEXT: dict[str, Any] = {"type": "string"}

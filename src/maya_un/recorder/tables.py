@@ -8,9 +8,10 @@ from math import inf
 from typing import NamedTuple, TextIO, TypeAlias
 
 from dmc41x3.wire.transcript import WirePiece
+from maya_un.axes import AXES
 from maya_un.recorder.recording import Header, Recording, date
 from maya_un.schema.robot import Signals
-from maya_un.values import AXES, State
+from maya_un.values import State
 
 Value: TypeAlias = float | int | str | None
 """A value in the table of states: booleans are 1 and 0, None is unknown."""

@@ -9,9 +9,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, ConfigDict, Field, Strict, WithJsonSchema
 
 from dmc41x3.i18n import LANGUAGES, phrase
+from maya_un.axes import JOG_AXES
 from maya_un.schema.choices import PauseTime, QueueEnd, RecoveryChoice, RoleName
 from maya_un.schema.people import LONGEST, PATIENCE
-from maya_un.values import FARTHEST, JOG_AXES, LEAST_OVERRIDE, LEAST_SPEED
+from maya_un.values import FARTHEST, LEAST_OVERRIDE, LEAST_SPEED
 
 _ONLY_THESE = ConfigDict(extra="forbid")
 

@@ -8,13 +8,14 @@ from math import cos, inf, nan, radians, sin
 
 import pytest
 
+from maya_un.axes import JOG_AXES
 from maya_un.config import Config
 from maya_un.controller.planner import MARGIN, TOLERANCE, Jogging, JogLine, Planner
 from maya_un.errors import InvalidValue, MayaError, PathRefused, Stopped, UnknownName, Unreachable
 from maya_un.kinematics import Mechanism, Workspace
 from maya_un.kinematics.zones import Box
 from maya_un.schema.robot import Jogged
-from maya_un.values import JOG_AXES, JogDirection, Joints, Mode, Point
+from maya_un.values import JogDirection, Joints, Mode, Point
 from tests.campaign import Campaign
 from tests.unit.controller.bench import FAR, HERE, commands_in, homed
 from tests.virtual_time import elapse

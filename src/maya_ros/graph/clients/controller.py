@@ -301,7 +301,7 @@ class GraphController:
             vias.finish()
 
     async def jog(self, axis: JogDirection, distance: float, *, speed: float = 1.0, clip: bool = False) -> Jogged:
-        """Move along one of `values.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
+        """Move along one of `axes.JOG_AXES` by `distance` (rad or m), or with `clip` as far as the workspace allows.
 
         Returns the distance of the motion and what limited it. Raises `UnknownName` for another axis.
         """

@@ -18,13 +18,14 @@ from maya_ros.graph.diagnostics import CONTROLLER
 from maya_ros.graph.events import REFUSED, ControllerCondition, ReportedEvent, Strokes, read
 from maya_ros.graph.protocol import Graph, Message
 from maya_ros.graph.table import DIAGNOSTICS, EVENT, JOINTS, POSITION
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.controller.monitor import StateBroadcaster
 from maya_un.errors import MayaError, NodeGone
 from maya_un.events import Connected, Disconnected, EventLog, event_of
 from maya_un.kinematics.mechanism import Mechanism
 from maya_un.kinematics.workspace import Workspace
-from maya_un.values import AXES, Joints, Mode, Point, Progress, State
+from maya_un.values import Joints, Mode, Point, Progress, State
 
 LOOK = 0.1
 """Period of the check whether the layer's nodes exist [s, real time]."""

@@ -11,6 +11,7 @@ from dmc41x3.driver import Driver
 from dmc41x3.language.hardware import SAMPLES
 from dmc41x3.language.numbers import parse_number
 from dmc41x3.wire.transport import connect
+from maya_un.axes import AXES
 from maya_un.config import Config
 from maya_un.controller import state_builder
 from maya_un.controller.ownership import living_owner
@@ -18,7 +19,6 @@ from maya_un.controller.registers import Torque, identify
 from maya_un.errors import CommandRejected, ConnectFailed, MayaError
 from maya_un.http.doctor.finding import Finding, fail, ok, warn
 from maya_un.http.doctor.robot import limits
-from maya_un.values import AXES
 
 PATIENCE = 2.0
 """Longest wait for the connection and for each answer [s]."""

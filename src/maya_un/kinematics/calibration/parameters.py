@@ -23,10 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dmc41x3.i18n import phrase
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.errors import UnknownName
 from maya_un.kinematics.mechanism import Floats
-from maya_un.values import AXES
 
 
 class FittedConstants(NamedTuple):

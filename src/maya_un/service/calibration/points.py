@@ -23,11 +23,12 @@ import numpy as np
 
 from dmc41x3.files import open_own, read_bytes, unwritable, writable_place
 from dmc41x3.i18n import phrase
+from maya_un.axes import AXES
 from maya_un.config import Config, Units
 from maya_un.config.model import HALF_TURN
 from maya_un.errors import FileUnreadable, InvalidValue
 from maya_un.kinematics.calibration import Observations
-from maya_un.values import AXES, Point
+from maya_un.values import Point
 
 Counts = tuple[int, int, int]
 """Encoder counts of a, b, c."""
