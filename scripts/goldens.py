@@ -24,7 +24,7 @@ from maya_ros.graph import types
 from maya_ros.graph.table import TABLE, Kind
 from maya_un.cli.app import app
 from maya_un.cli.configure import parts_of
-from maya_un.cli.help import OVERVIEW, QUICK
+from maya_un.cli.help import OVERVIEW, QUICK, quick_help
 from maya_un.cli.settings import OutputSettings
 from maya_un.config import Config
 from maya_un.errors import by_code
@@ -84,7 +84,7 @@ def openapi() -> str:
 def helps() -> str:
     """Return the help of every command, each as it is on a terminal of 100 columns."""
     pages = dict(commands(typer.main.get_command(app), ("maya",)))
-    pages |= {"maya": OVERVIEW} | {f"maya {name}": text for name, text in QUICK.items()}
+    pages |= {"maya": OVERVIEW} | {f"maya {name}": quick_help(name) for name in QUICK}
     return "".join(f"$ {name} --help\n{pages[name].rstrip()}\n\n" for name in sorted(pages))
 
 

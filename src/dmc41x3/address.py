@@ -29,10 +29,11 @@ BAUD = 115200
 BAUDS = (9600, 19200, 38400, 57600, 115200)
 """Speeds of a serial port [bit/s]; jumpers choose that of the controller."""
 
-_SERIAL = re.compile(r"(?P<path>/[^@\s]+|COM[0-9]{1,3})(?:(?:@|\s+(?:-b|--baud)[\s=])\s*(?P<baud>[0-9]{1,7}))?")
-_SERIAL_BEGIN = re.compile(r"/|COM[0-9]+(?![\w.-])")
-_COM = re.compile(r"COM([0-9]+)")
-_TTY = re.compile(r"/dev/ttyS([0-9]+)")
+# Not compiled here: most commands parse no serial port, and `re` compiles a pattern once, at its first use.
+_SERIAL = r"(?P<path>/[^@\s]+|COM[0-9]{1,3})(?:(?:@|\s+(?:-b|--baud)[\s=])\s*(?P<baud>[0-9]{1,7}))?"
+_SERIAL_BEGIN = r"/|COM[0-9]+(?![\w.-])"
+_COM = r"COM([0-9]+)"
+_TTY = r"/dev/ttyS([0-9]+)"
 
 
 class NetworkAddress(NamedTuple):
@@ -72,7 +73,7 @@ def parse(address: str) -> ControllerAddress:
     """
     if not is_serial(address):
         return NetworkAddress(*split(address))
-    found = _SERIAL.fullmatch(address.strip())
+    found = re.fullmatch(_SERIAL, address.strip())
     if found is None:
         raise ValueError(phrase("a serial port must be PATH or PATH@BAUD"))
     baud = int(found["baud"] or BAUD)
@@ -83,12 +84,12 @@ def parse(address: str) -> ControllerAddress:
 
 def is_serial(address: str) -> bool:
     """Return whether an address begins like that of a serial port; the rest may be wrong."""
-    return _SERIAL_BEGIN.match(address) is not None
+    return re.match(_SERIAL_BEGIN, address) is not None
 
 
 def device(name: str) -> str:
     """Return the path of a serial port. COMn is the path in $DMC_COMn, else the port of that number (/dev/ttySn-1)."""
-    com = _COM.fullmatch(name)
+    com = re.fullmatch(_COM, name)
     if com is None:
         return name
     return os.environ.get(f"DMC_{name}") or f"/dev/ttyS{max(int(com[1]) - 1, 0)}"
@@ -96,10 +97,10 @@ def device(name: str) -> str:
 
 def com_port(path: str) -> str | None:
     """Return the name COMn that means a path (see `device`), None without one."""
-    port = _TTY.fullmatch(path)
+    port = re.fullmatch(_TTY, path)
     usual = f"COM{int(port[1]) + 1}" if port else ""
     named = [name.removeprefix("DMC_") for name, place in os.environ.items() if place == path]
-    return next((name for name in (*named, usual) if _COM.fullmatch(name) and device(name) == path), None)
+    return next((name for name in (*named, usual) if re.fullmatch(_COM, name) and device(name) == path), None)
 
 
 def split(address: str) -> tuple[str, int]:

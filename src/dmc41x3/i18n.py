@@ -264,7 +264,7 @@ def _catalogues(language: str, packages: tuple[str, ...]) -> list[NullTranslatio
     return found or [NullTranslations()]
 
 
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
+_CONTROL = r"[\x00-\x08\x0b-\x1f\x7f-\x9f]"
 
 
 def visible(text: str) -> str:
@@ -272,7 +272,7 @@ def visible(text: str) -> str:
 
     Tabs and line feeds stay.
     """
-    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+    return re.sub(_CONTROL, lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
 def one_line(text: str) -> str:

@@ -6,7 +6,6 @@ separate files and a separate robot's name. Without a namespace, all names are t
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 from pathlib import Path
@@ -43,6 +42,8 @@ def robot_name() -> str:
     name = "".join(_sign(one) for one in inner)
     if len(name) <= _LONGEST_NAME:
         return name
+    import hashlib  # noqa: PLC0415 - slow to load, and few names are that long
+
     return f"{name[:40]}--{hashlib.sha256(inner.encode(errors='replace')).hexdigest()[:20]}"
 
 

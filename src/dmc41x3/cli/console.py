@@ -7,22 +7,21 @@ This module imports nothing heavy, because `maya` loads it at every start.
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from io import TextIOWrapper
 from itertools import takewhile
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, cast
 
 from dmc41x3.address import REAL, ControllerAddress, is_serial, parse
 from dmc41x3.errors import CodedError, InvalidCommandLine, InvalidValue
-from dmc41x3.files import unwritable
 from dmc41x3.i18n import LANGUAGES, phrase, visible
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from dmc41x3.driver import Driver
     from dmc41x3.twin.wire.server import VirtualController
 
@@ -124,6 +123,8 @@ class Alone:
 
     def history(self) -> Path:
         """Return a file in $XDG_STATE_HOME."""
+        from pathlib import Path
+
         state = os.environ.get("XDG_STATE_HOME", "")
         return (Path(state) if state else Path.home() / ".local" / "state") / "dmc41x3" / "history"
 
@@ -232,6 +233,8 @@ def tolerate_any_terminal() -> None:
     If there is no standard input, as under a service manager, reading finds the end of a file.
     """
     if cast("object", sys.stdin) is None:
+        from pathlib import Path
+
         sys.stdin = Path(os.devnull).open(encoding="utf-8")  # noqa: SIM115 - for as long as the process lives
     for stream in (sys.stdin, sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
@@ -254,6 +257,8 @@ def typed(question: str) -> str:
 
 def emit(value: object) -> None:
     """Print `value` as JSON; its keys are stable."""
+    import json
+
     _print(json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False, default=str) + "\n")
 
 
@@ -264,6 +269,8 @@ def _print(text: str) -> None:
     except BrokenPipeError:
         raise
     except OSError as error:
+        from dmc41x3.files import unwritable
+
         raise unwritable("stdout", error) from error
 
 
@@ -315,6 +322,8 @@ def exit_code(code: int) -> int:
 
 def _plain(value: object) -> object:
     """Return a detail as it is if JSON can encode it, else as text."""
+    import json
+
     try:
         json.dumps(value, allow_nan=False)
     except (TypeError, ValueError):

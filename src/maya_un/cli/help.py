@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from textwrap import wrap
-
 EVERYWHERE = (
     "Every command also takes --json (print the answer as JSON), --lang en|es (language of messages; help is in "
     "English), --units mm|si (units of lengths and angles: mm and degrees, or m and rad) and --config FILE "
@@ -89,22 +87,24 @@ A twin is a virtual controller with Maya's mechanics; sim is a twin inside the c
 Every command also takes --json, --lang en|es, --units mm|si and --config FILE; see `maya COMMAND --help`.
 Exit codes: 0 done, 1 failed or differences found, 2 refused before it began, 130 interrupted with Ctrl-C."""
 
-_EVERYWHERE = "\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78))
-
 QUICK = {
     "status": (
-        "Usage: maya status\n\n"
-        "  Show the state of the running robot.\n\n"
-        f"{_EVERYWHERE}\n\n"
-        "  Example: maya status --json"
+        "Usage: maya status\n\n  Show the state of the running robot.\n\n{everywhere}\n\n  Example: maya status --json"
     ),
     "stop": (
         "Usage: maya stop [--address real|HOST[:PORT]|/dev/ttyUSB0]\n\n"
         "  Stop the running robot: it decelerates along the path.\n\n"
         "  If `maya up` does not answer, or with --address, this command sends the stop\n"
         "  to the controller itself. real is the controller of the configuration.\n\n"
-        f"{_EVERYWHERE}\n\n"
+        "{everywhere}\n\n"
         "  Example: maya stop --address 192.168.1.156"
     ),
 }
-"""Help of the commands that bypass the parser."""
+"""Help of the commands that bypass the parser, without the options of every command."""
+
+
+def quick_help(command: str) -> str:
+    """Return the help of a command of `QUICK`."""
+    from textwrap import wrap
+
+    return QUICK[command].format(everywhere="\n".join(f"  {line}" for line in wrap(EVERYWHERE, 78)))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Sequence
 
@@ -16,8 +17,8 @@ from maya_un.interpreter import quiet_collector
 
 
 def program() -> int:
-    """Run the process `maya`: like `main`, with garbage collection configured for a real-time loop."""
-    quiet_collector()
+    """Run the process `maya`: like `main`, with garbage collection configured for its command."""
+    gc.disable()  # short commands end before they have created garbage
     code = main()
     output.forget_unprinted()
     return code
@@ -73,6 +74,8 @@ def _dispatch(rest: list[str], settings: OutputSettings) -> int:
         from maya_un.cli.completion import values
 
         return values.run(rest[2:])
+    if not gc.isenabled():
+        quiet_collector()
     from maya_un.cli import app
 
     return app.run(rest, settings)

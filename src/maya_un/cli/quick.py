@@ -9,7 +9,7 @@ from dmc41x3.i18n import phrase, translate
 from maya_un import runtime
 from maya_un.cli import output
 from maya_un.cli.client import ServiceClient
-from maya_un.cli.help import QUICK
+from maya_un.cli.help import quick_help
 from maya_un.cli.settings import OutputSettings
 from maya_un.cli.units import units_of
 from maya_un.cli.words import mode_word
@@ -30,7 +30,7 @@ CONTROLLER_TIMEOUT = 2.0
 def run(command: str, arguments: list[str], settings: OutputSettings) -> int:
     """Carry out "stop" or "status" with the rest of its command line; return the exit code."""
     if {"--help", "-h"} & set(arguments):
-        output.say(QUICK[command])
+        output.say(quick_help(command))
         return output.DONE
     return stop(arguments, settings) if command == "stop" else status(arguments, settings)
 
