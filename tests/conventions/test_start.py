@@ -66,6 +66,11 @@ def test_a_frequent_command_imports_nothing_heavy(line: str, tmp_path: Path) -> 
     assert heavy(line, tmp_path) - light == set()
 
 
+@pytest.mark.parametrize("line", ["--help", "--version", "status", "stop"])
+def test_the_fastest_commands_define_no_dataclass(line: str, tmp_path: Path) -> None:
+    assert imported(line, tmp_path) & {"dataclasses", "inspect"} == set()
+
+
 @pytest.mark.parametrize("line", PARSED)
 def test_a_parsed_command_imports_nothing_of_the_robot(line: str, tmp_path: Path) -> None:
     assert heavy(line, tmp_path) - {"asyncio", "typer"} == set()
